@@ -1,0 +1,3 @@
+//! Monitoring channel a.
+#![no_std]
+#![forbid(unsafe_code)]

@@ -1,0 +1,2 @@
+//! Shell of channel a.
+fn main() {}

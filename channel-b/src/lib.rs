@@ -1,0 +1,3 @@
+//! Monitoring channel b.
+#![no_std]
+#![forbid(unsafe_code)]

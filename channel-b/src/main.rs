@@ -1,0 +1,2 @@
+//! Shell of channel b.
+fn main() {}

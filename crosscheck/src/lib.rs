@@ -1,0 +1,3 @@
+//! Cross-communication.
+#![no_std]
+#![forbid(unsafe_code)]

@@ -1,0 +1,2 @@
+//! Shell of the crosscheck.
+fn main() {}

@@ -1,0 +1,2 @@
+//! Every layout that crosses a process boundary.
+#![no_std]
