@@ -1,0 +1,86 @@
+//! Turns the fact tables in `facts/` into constants, so that no number of a
+//! catalogue is typed twice (design 3.8).
+
+use std::{env, fmt::Write as _, fs, path::Path};
+
+use toml::{Table, Value};
+
+const WORDS: [(&str, &str); 4] = [
+    ("amk_kw", "facts/words-amk-kw.toml"),
+    ("lenze_sm301", "facts/words-lenze-sm301.toml"),
+    ("atv340", "facts/words-atv340.toml"),
+    ("etg_6100_2", "facts/words-etg-6100-2.toml"),
+];
+
+fn main() {
+    println!("cargo:rerun-if-changed=facts");
+    let mut out = String::new();
+    for (module, file) in WORDS {
+        let table = read(file);
+        let doc = table["profile"].as_str().expect("profile is a name");
+        writeln!(out, "/// Control and status bits of `{doc}`.\npub mod {module} {{").unwrap();
+        writeln!(out, "/// Octets of each word as replay shows it.\npub const OCTETS: usize = {};", table["octets"]).unwrap();
+        for word in ["control", "status"] {
+            write_bits(&mut out, word, table[word].as_array().expect("rows"));
+        }
+        out.push_str("}\n");
+    }
+    write_etg(&mut out, &read("facts/etg-objects.toml"));
+    let target = Path::new(&env::var("OUT_DIR").expect("set by cargo")).join("facts.rs");
+    fs::write(target, out).expect("OUT_DIR is writable");
+}
+
+fn read(file: &str) -> Table {
+    fs::read_to_string(file)
+        .unwrap_or_else(|e| panic!("{file}: {e}"))
+        .parse()
+        .unwrap_or_else(|e| panic!("{file}: {e}"))
+}
+
+fn text<'a>(row: &'a Value, key: &str) -> &'a str {
+    row[key].as_str().expect("a text")
+}
+
+fn number(row: &Value, key: &str) -> i64 {
+    row[key].as_integer().expect("a number")
+}
+
+fn write_bits(out: &mut String, word: &str, rows: &[Value]) {
+    writeln!(out, "/// Bits of the {word} word.\npub mod {word} {{").unwrap();
+    for row in rows {
+        writeln!(
+            out,
+            "/// {} ({})\npub const {}: u8 = {};",
+            text(row, "meaning"),
+            text(row, "source"),
+            text(row, "name"),
+            number(row, "bit")
+        )
+        .unwrap();
+    }
+    out.push_str("}\n");
+}
+
+fn write_etg(out: &mut String, table: &Table) {
+    out.push_str("/// Functions of the generic profile and their objects (DEC-40).\npub mod etg {\n");
+    for function in table["function"].as_array().expect("functions") {
+        let name = text(function, "name");
+        writeln!(out, "/// Number of {name} in keys and references.\npub const {name}: u32 = {};", number(function, "number")).unwrap();
+        let module = name.to_lowercase();
+        writeln!(out, "/// Objects of {name}.\npub mod {module} {{").unwrap();
+        for object in function.get("object").and_then(Value::as_array).into_iter().flatten() {
+            writeln!(
+                out,
+                "/// {} {} ({})\npub const {}: u32 = {};",
+                text(object, "name"),
+                text(object, "unit").replace(['[', ']'], ""),
+                text(object, "source"),
+                text(object, "name").to_uppercase(),
+                number(object, "number")
+            )
+            .unwrap();
+        }
+        out.push_str("}\n");
+    }
+    out.push_str("}\n");
+}
