@@ -12,6 +12,32 @@ const WORDS: [(&str, &str); 4] = [
     ("etg_6100_2", "facts/words-etg-6100-2.toml"),
 ];
 
+/// Module, parameter table; in the order in which the profiles are numbered.
+const PARAMETERS: [(&str, &str); 5] = [
+    ("amk_kw", "facts/parameters-amk-kw.toml"),
+    ("lenze_sm301", "facts/parameters-lenze-sm301.toml"),
+    ("atv340", "facts/parameters-atv340.toml"),
+    ("etg_6100_2", "facts/parameters-etg-6100-2.toml"),
+    ("common", "facts/parameters-common.toml"),
+];
+
+const PARAMETER: &str = "
+/// Range and default of one parameter, as raw values of the safety image.
+///
+/// A parameter with `max` above `i32::MAX` is a bit field: the image holds its pattern.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameter {
+    /// Key in the image ([`crate::profile`]).
+    pub key: u32,
+    /// Smallest permitted value.
+    pub min: i64,
+    /// Largest permitted value.
+    pub max: i64,
+    /// Value when a file leaves the parameter out (DEC-28).
+    pub default: i32,
+}
+";
+
 fn main() {
     println!("cargo:rerun-if-changed=facts");
     let mut out = String::new();
@@ -23,8 +49,13 @@ fn main() {
         for word in ["control", "status"] {
             write_bits(&mut out, word, table[word].as_array().expect("rows"));
         }
+        write_parameters(&mut out, &read(parameters_of(module)));
         out.push_str("}\n");
     }
+    out.push_str(PARAMETER);
+    out.push_str("/// Parameters of profiles that have none of their own for it (DEC-50).\npub mod common {\n");
+    write_parameters(&mut out, &read(parameters_of("common")));
+    out.push_str("}\n");
     write_etg(&mut out, &read("facts/etg-objects.toml"));
     let target = Path::new(&env::var("OUT_DIR").expect("set by cargo")).join("facts.rs");
     fs::write(target, out).expect("OUT_DIR is writable");
@@ -43,6 +74,33 @@ fn text<'a>(row: &'a Value, key: &str) -> &'a str {
 
 fn number(row: &Value, key: &str) -> i64 {
     row[key].as_integer().expect("a number")
+}
+
+fn parameters_of(module: &str) -> &'static str {
+    let row = PARAMETERS.iter().find(|(name, _)| *name == module);
+    row.expect("every module has a table").1
+}
+
+/// The table of one profile, sorted by key; `ETG` keys have instance 0. Parameters that always
+/// equal another one are not in the image.
+fn write_parameters(out: &mut String, table: &Table) {
+    let rows = table["parameter"].as_array().expect("rows");
+    let mut rows: Vec<&Value> = rows.iter().filter(|row| row.get("fixed_to").is_none()).collect();
+    rows.sort_by_key(|row| number(row, "number"));
+    writeln!(out, "/// Every parameter of the safety image, ascending by key.\npub const PARAMETERS: [super::Parameter; {}] = [", rows.len()).unwrap();
+    for row in rows {
+        writeln!(
+            out,
+            "super::Parameter {{ key: {}, min: {}, max: {}, default: {} }}, // {}",
+            number(row, "number"),
+            number(row, "min"),
+            number(row, "max"),
+            number(row, "default"),
+            text(row, "key")
+        )
+        .unwrap();
+    }
+    out.push_str("];\n");
 }
 
 fn write_bits(out: &mut String, word: &str, rows: &[Value]) {
