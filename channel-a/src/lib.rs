@@ -1,3 +1,5 @@
 //! Monitoring channel a.
 #![no_std]
 #![forbid(unsafe_code)]
+
+pub mod black_channel;
