@@ -23,7 +23,7 @@ impl Layout {
             Self::FsoeBlocks => {
                 let in_block = index.wrapping_sub(1) & 3;
                 let in_blocks = index.wrapping_sub(1) < length.saturating_sub(3);
-                in_blocks & (in_block >= 2)
+                in_blocks && in_block >= 2
             }
             Self::Profisafe => index >= length.saturating_sub(3),
         }
@@ -128,7 +128,7 @@ impl Image {
     /// images of one slave have the same length.
     pub(super) fn renew(&mut self, octets: &[u8]) -> bool {
         let unchanged = octets.iter().eq(self.octets.iter().take(octets.len()));
-        if self.seen & unchanged {
+        if self.seen && unchanged {
             return false;
         }
         for (kept, octet) in self.octets.iter_mut().zip(octets) {

@@ -65,7 +65,7 @@ impl Chain {
     pub(super) fn begins_with(received: &Received) -> bool {
         let linked =
             received.is_linked_by(Link { inherited: NOTHING, conn_id: NO_CONNECTION, number: FIRST });
-        linked & (received.conn_id() == NO_CONNECTION)
+        linked && received.conn_id() == NO_CONNECTION
     }
 
     /// The chain behind a first Session frame, without collision rule.

@@ -122,9 +122,8 @@ impl FsoeSlave {
         if let Some(answer) = self.advance(now_ns) {
             return Ok(Some(answer));
         }
-        let before_start = matches!(self.state, State::Reset);
-        let no_command = received.command() == command::NONE;
-        if !changed | (before_start & no_command) {
+        let before_start = self.state == State::Reset && received.command() == command::NONE;
+        if !changed || before_start {
             return Ok(None);
         }
         Ok(Some(self.judge(&received, process_data, now_ns)))
@@ -177,9 +176,7 @@ impl FsoeSlave {
 
     /// Session frames carry connection id 0, whatever their check sums say.
     fn is_chained(&mut self, received: &Received) -> bool {
-        let in_session = received.command() == command::SESSION;
-        let with_conn_id = received.conn_id() != NO_CONNECTION;
-        if in_session & with_conn_id {
+        if received.command() == command::SESSION && received.conn_id() != NO_CONNECTION {
             return false;
         }
         self.chain.accept(received)

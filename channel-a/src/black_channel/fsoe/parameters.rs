@@ -21,8 +21,7 @@ impl Expected {
             return Err(ConfigFault::ApplicationParameterLength);
         }
         let (lowest, highest) = watchdog_ms;
-        let from_zero = lowest == 0;
-        if from_zero | (lowest > highest) {
+        if lowest == 0 || lowest > highest {
             return Err(ConfigFault::WatchdogLimits);
         }
         let mut octets = [0; MAX_APPLICATION_PARAMETERS];

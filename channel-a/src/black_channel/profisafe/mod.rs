@@ -153,8 +153,8 @@ impl FDevice {
         }
         let empty = octets.iter().all(|octet| *octet == 0);
         // 8.3: the bus has started, the host has not.
-        let before_start = empty & !self.started;
-        if before_start | self.is_silent() {
+        let before_start = empty && !self.started;
+        if before_start || self.is_silent() {
             return Ok(None);
         }
         self.judge(&received, now_ns);
@@ -185,8 +185,8 @@ impl FDevice {
     }
 
     fn is_silent(&self) -> bool {
-        let stopped = matches!(self.report, DeviceFaultReport::Silence) & self.device_fault;
-        self.refusal.is_some() | stopped
+        let stopped = self.device_fault && self.report == DeviceFaultReport::Silence;
+        self.refusal.is_some() || stopped
     }
 
     /// The table of black-channel.md 8.3, mark M.
@@ -210,12 +210,12 @@ impl FDevice {
     /// toggles back. The first frame always starts cyclic operation (8.1).
     fn is_edge(&self, received: &Received) -> bool {
         let toggled = received.has(control::TOGGLE) != self.toggle;
-        let reset = received.has(control::RESET_NUMBER) & !self.number_was_reset;
-        toggled | reset | !self.started
+        let reset = received.has(control::RESET_NUMBER) && !self.number_was_reset;
+        toggled || reset || !self.started
     }
 
     fn candidate(&self, received: &Received, edge: bool) -> Number {
-        let restart = received.has(control::RESET_NUMBER) | !self.started;
+        let restart = received.has(control::RESET_NUMBER) || !self.started;
         match (edge, restart) {
             (false, _) => self.number,
             (true, true) => Number::RESET,
@@ -224,7 +224,7 @@ impl FDevice {
     }
 
     fn take_over(&mut self, received: &Received, number: Number, now_ns: u64) {
-        let restart = received.has(control::RESET_NUMBER) | !self.started;
+        let restart = received.has(control::RESET_NUMBER) || !self.started;
         if restart {
             self.crc_fault = false;
             self.watchdog_fault = false;
@@ -239,9 +239,9 @@ impl FDevice {
     }
 
     fn is_passivated(&self) -> bool {
-        let communication = self.crc_fault | self.watchdog_fault;
-        let commanded = self.activate_fv | (self.number == Number::RESET);
-        communication | commanded | self.device_fault
+        let communication = self.crc_fault || self.watchdog_fault;
+        let commanded = self.activate_fv || self.number == Number::RESET;
+        communication || commanded || self.device_fault
     }
 
     fn select_outputs(&mut self) {
@@ -271,7 +271,7 @@ impl FDevice {
     }
 
     fn reports_device_fault(&self) -> bool {
-        self.device_fault & matches!(self.report, DeviceFaultReport::StatusBit)
+        self.device_fault && self.report == DeviceFaultReport::StatusBit
     }
 
     /// Safe outputs; zeros while fail-safe (DEC-18, LNZ-BUS-20).

@@ -158,7 +158,7 @@ const REFUSALS: [Refusal; 12] = [
     (is_block_unknown, FParameterFault::BlockId),
     (|block, _| block.crc1 != block.expected_crc1(), FParameterFault::Crc1),
     (has_foreign_feature, FParameterFault::DeviceSpecific),
-    (|block, demand| block.ipar_crc.is_some() & demand.ipar_crc.is_none(), FParameterFault::BlockId),
+    (|block, demand| block.ipar_crc.is_some() && demand.ipar_crc.is_none(), FParameterFault::BlockId),
     (|block, demand| block.ipar_crc != demand.ipar_crc, FParameterFault::IParameters),
 ];
 
@@ -166,13 +166,13 @@ const REFUSALS: [Refusal; 12] = [
 fn is_other_version(block: &FParameters, _: &Demand) -> bool {
     let version_2 = block.flag_2 >> 6 == 1;
     let expanded = block.flag_1 & 0x40 != 0;
-    !version_2 | expanded
+    !version_2 || expanded
 }
 
 /// Before CRC1, because the sum of an unknown block cannot be formed.
 fn is_block_unknown(block: &FParameters, _: &Demand) -> bool {
     let offered = matches!(block_id(block.flag_2), 0 | 1);
-    !offered | !block.length_fits
+    !offered || !block.length_fits
 }
 
 /// Reserved bits, passivation of single channels (mark L), or a watchdog time
@@ -182,7 +182,7 @@ fn has_foreign_feature(block: &FParameters, demand: &Demand) -> bool {
     let reserved_2 = block.flag_2 & 0b110 != 0;
     let channel_granular = block.flag_2 & 1 != 0;
     let too_short = block.watchdog_ms < demand.lowest_watchdog_ms;
-    reserved_1 | reserved_2 | channel_granular | too_short
+    reserved_1 || reserved_2 || channel_granular || too_short
 }
 
 #[cfg(test)]
