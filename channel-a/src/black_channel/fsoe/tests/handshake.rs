@@ -169,7 +169,7 @@ fn a_wrong_number_of_chunks_is_a_command_out_of_place() {
 fn watchdog_limits_are_inclusive() {
     let accepts = |watchdog_ms: u16, limits| {
         let mut bench = Bench::new(12, 12, &[]);
-        bench.slave.expected = super::super::Expected::new(&[], limits).unwrap();
+        bench.slave.expected = super::super::parameters::Expected::new(&[], limits).unwrap();
         bench.parameters[2..4].copy_from_slice(&watchdog_ms.to_le_bytes());
         bench.reach(State::Parameter);
         bench.chained(CONN_ID, command::FAIL_SAFE_DATA, &[]);

@@ -8,7 +8,8 @@ mod matrix;
 mod robustness;
 mod vectors;
 
-use super::{FsoeConfig, FsoeSlave, State, command};
+use super::wire::command;
+use super::{FsoeConfig, FsoeSlave, State};
 use std::vec;
 use std::vec::Vec;
 
