@@ -63,14 +63,14 @@ impl Memory {
     /// Communication parameter length, watchdog in milliseconds, application
     /// parameter length, as received.
     pub(super) const fn parameter_fields(&self) -> [u16; 3] {
-        let [a, b, c, d, e, f] = self.parameter_header;
-        [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]), u16::from_le_bytes([e, f])]
+        let [l0, l1, w0, w1, a0, a1] = self.parameter_header;
+        [u16::from_le_bytes([l0, l1]), u16::from_le_bytes([w0, w1]), u16::from_le_bytes([a0, a1])]
     }
 
     /// Connection id and slave address, as received.
     pub(super) const fn connection_fields(&self) -> [u16; 2] {
-        let [a, b, c, d] = self.connection_data;
-        [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])]
+        let [c0, c1, a0, a1] = self.connection_data;
+        [u16::from_le_bytes([c0, c1]), u16::from_le_bytes([a0, a1])]
     }
 
     /// The watchdog runs in Data only and expires when the elapsed time reaches
@@ -80,7 +80,8 @@ impl Memory {
         let limit_ns = u64::from(watchdog_ms).wrapping_mul(NANOSECONDS_PER_MILLISECOND);
         let elapsed_ns = now_ns.checked_sub(self.accepted_at_ns);
         let is_over = elapsed_ns.is_none_or(|elapsed_ns| elapsed_ns >= limit_ns);
-        (self.state == State::Data) & is_over
+        let is_running = self.state == State::Data;
+        is_running && is_over
     }
 
     /// The next place in the chain for a frame of the master.

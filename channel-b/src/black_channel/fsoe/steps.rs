@@ -27,7 +27,7 @@ impl Slave {
             session_id: memory.next_session_id,
             ..Memory::reset(memory.next_session_id.wrapping_add(1))
         };
-        match judge(memory.state, command, &evidence) {
+        match judge(memory.state, command, evidence) {
             Verdict::Ignore => Outcome::Nothing,
             Verdict::Refuse(code) => self.refuse(memory, code, answer),
             Verdict::Acknowledge => self.refuse(memory, ResetCode::LocalReset, answer),
@@ -47,7 +47,7 @@ impl Slave {
         let has_connection_id = frame.connection_id != 0;
         let is_session = Command::of(frame.command) == Command::Session;
         // Session frames carry no connection id, wherever they are in the chain.
-        let may_be_chained = !(is_session & has_connection_id);
+        let may_be_chained = !(is_session && has_connection_id);
         let may_be_origin = !has_connection_id;
         Evidence {
             is_complete: usize::from(memory.done) >= self.payload(memory.state),

@@ -67,6 +67,7 @@ impl ResetCode {
 
 /// What is known about a received frame, given everything remembered.
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a column of the matrix, not a state")]
 pub(super) struct Evidence {
     /// The payload of the present state has been exchanged completely.
     pub(super) is_complete: bool,
@@ -112,7 +113,7 @@ use ResetCode::{InvalidAddress, InvalidCheckSum, InvalidCommand, InvalidConnecti
 /// The matrix: the verdict about `command` in `state`. Rows and columns as in
 /// black-channel 3.4; checks in the order command, completeness, connection id,
 /// address or parameter content, check sum.
-pub(super) fn judge(state: State, command: Command, evidence: &Evidence) -> Verdict {
+pub(super) fn judge(state: State, command: Command, evidence: Evidence) -> Verdict {
     let e = evidence;
     match (state, command) {
         // Mark M: an image with command 0 was observed only in state Reset.
@@ -161,7 +162,7 @@ pub(super) fn judge(state: State, command: Command, evidence: &Evidence) -> Verd
     }
 }
 
-fn judge_further_session(e: &Evidence) -> Verdict {
+fn judge_further_session(e: Evidence) -> Verdict {
     match (e.is_complete, e.is_chained, e.is_origin) {
         (false, true, _) => Verdict::ContinueSession,
         (_, _, true) => Verdict::StartSession,
@@ -170,7 +171,7 @@ fn judge_further_session(e: &Evidence) -> Verdict {
     }
 }
 
-fn judge_further_piece(e: &Evidence, accepted: Verdict) -> Verdict {
+fn judge_further_piece(e: Evidence, accepted: Verdict) -> Verdict {
     checked(
         [
             (!e.is_complete, InvalidCommand),
@@ -181,7 +182,7 @@ fn judge_further_piece(e: &Evidence, accepted: Verdict) -> Verdict {
     )
 }
 
-fn judge_first_data(e: &Evidence) -> Verdict {
+fn judge_first_data(e: Evidence) -> Verdict {
     let content = e.parameter_fault.unwrap_or(ResetCode::InvalidApplicationParameter);
     checked(
         [

@@ -7,6 +7,7 @@ const NANOSECONDS_PER_MILLISECOND: u64 = 1_000_000;
 
 /// The safety variables of the F-Device, replaced as a whole by each event.
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::struct_excessive_bools, reason = "the bits of the status octet are independent")]
 pub(super) struct Memory {
     /// A first telegram has been accepted.
     pub(super) is_started: bool,
@@ -62,9 +63,9 @@ impl Memory {
     /// the host toggles back, so that the toggle alone would show none.
     pub(super) fn candidate(&self, control: Control) -> (u32, Reception) {
         let toggles = control.toggle() != self.toggle;
-        let asks_reset = control.resets_number() & !self.number_was_reset;
-        let begins_anew = control.resets_number() | !self.is_started;
-        let number = match (toggles | asks_reset, begins_anew) {
+        let asks_reset = control.resets_number() && !self.number_was_reset;
+        let begins_anew = control.resets_number() || !self.is_started;
+        let number = match (toggles || asks_reset, begins_anew) {
             (false, _) => return (self.number, Reception::Repeated),
             (true, true) => 0,
             (true, false) => successor(self.number),
@@ -80,14 +81,14 @@ impl Memory {
             Reception::Corrupt => Self { has_check_fault: true, ..self },
             Reception::Repeated => self,
             Reception::Renewed(number) => {
-                let begins_anew = control.resets_number() | !self.is_started;
+                let begins_anew = control.resets_number() || !self.is_started;
                 Self {
                     is_started: true,
                     number,
                     toggle: control.toggle(),
                     number_was_reset: control.resets_number(),
-                    has_check_fault: self.has_check_fault & !begins_anew,
-                    has_timed_out: self.has_timed_out & !begins_anew,
+                    has_check_fault: self.has_check_fault && !begins_anew,
+                    has_timed_out: self.has_timed_out && !begins_anew,
                     host_wants_fail_safe: control.activates_fail_safe_values(),
                     has_device_fault: self.has_device_fault,
                     is_timed: true,
@@ -103,7 +104,7 @@ impl Memory {
         let limit_ns = u64::from(watchdog_ms).wrapping_mul(NANOSECONDS_PER_MILLISECOND);
         let elapsed_ns = now_ns.checked_sub(self.renewed_at_ns);
         let is_over = elapsed_ns.is_none_or(|elapsed_ns| elapsed_ns >= limit_ns);
-        self.is_timed & is_over
+        self.is_timed && is_over
     }
 
     /// The memory after the watchdog has expired.

@@ -121,10 +121,10 @@ impl Device {
     pub fn refresh(&mut self, inputs: Option<&[u8]>, answer: &mut Answer) -> Outcome {
         answer.clear();
         let memory = self.trusted();
-        match memory.is_started {
-            false => Outcome::Nothing,
-            true => self.answer(memory, inputs, answer),
+        if !memory.is_started {
+            return Outcome::Nothing;
         }
+        self.answer(memory, inputs, answer)
     }
 
     /// Raises or clears the fault of the device itself; it passivates. A profile
@@ -206,7 +206,7 @@ impl Device {
         answer: &mut Answer,
     ) -> Outcome {
         let is_blank = self.last_image.is_blank();
-        if is_blank & !memory.is_started {
+        if is_blank && !memory.is_started {
             return Outcome::Nothing;
         }
         let reception = self.examine(&memory, telegram);
@@ -215,7 +215,7 @@ impl Device {
         let is_corrupt = reception == Reception::Corrupt;
         // A wish for fail-safe values changes the status only with the next
         // number, but the values of that very telegram are not used.
-        if !(is_corrupt | telegram.control.activates_fail_safe_values()) {
+        if !(is_corrupt || telegram.control.activates_fail_safe_values()) {
             self.outputs.store(telegram.data.iter().copied());
         }
         self.memory = Mirrored::new(memory);

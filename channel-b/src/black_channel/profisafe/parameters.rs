@@ -56,6 +56,13 @@ pub(super) struct FParameters {
     pub(super) check: u16,
 }
 
+/// Bits of the first flag octet: 0 is three octets of CRC2, all ones is no SIL.
+const F_CRC_LENGTH: u8 = 0b0011_0000;
+const F_SIL: u8 = 0b0000_1100;
+/// Bits of the second flag octet.
+const F_PAR_VERSION: u8 = 0b1100_0000;
+const VERSION_2: u8 = 0b0100_0000;
+
 /// `F_Check_iPar`, `F_CRC_Seed` and the reserved bit of the first flag octet.
 /// Which parameters they change is known, how is not (mark L): refused.
 const FLAGS_1_NOT_OFFERED: u8 = 0b1100_0010;
@@ -71,16 +78,16 @@ pub(super) fn examine(block: &[u8], address: u16) -> Result<FParameters, Paramet
     let watchdog_ms = u16::from_be_bytes([w1, w0]);
     let tail = split_tail(tail, flags_2 >> 3 & 0b111);
     // Without a known layout CRC1 cannot be found, and the block is at fault.
-    let check_holds = tail.is_none_or(|(parameters, check)| check == check_1(parameters, head));
+    let check_holds = tail.is_none_or(|(parameters, check)| check == check_1(parameters, *head));
     let not_offered = (flags_1 & FLAGS_1_NOT_OFFERED) | (flags_2 & FLAGS_2_NOT_OFFERED);
     let conditions = [
         (destination == address, ParameterFault::DestinationDiffers),
         (is_address(destination), ParameterFault::DestinationInvalid),
         (is_address(u16::from_be_bytes(source)), ParameterFault::SourceInvalid),
         (watchdog_ms != 0, ParameterFault::WatchdogZero),
-        (flags_1 >> 2 & 0b11 != 3, ParameterFault::SafetyIntegrityLevel),
-        (flags_1 >> 4 & 0b11 == 0, ParameterFault::CheckLength),
-        (flags_2 >> 6 == 1, ParameterFault::Version),
+        (flags_1 & F_SIL != F_SIL, ParameterFault::SafetyIntegrityLevel),
+        (flags_1 & F_CRC_LENGTH == 0, ParameterFault::CheckLength),
+        (flags_2 & F_PAR_VERSION == VERSION_2, ParameterFault::Version),
         (check_holds, ParameterFault::CheckSum),
         (not_offered == 0, ParameterFault::NotOffered),
     ];
@@ -106,7 +113,7 @@ fn split_tail(tail: &[u8], block_id: u8) -> Option<(&[u8], u16)> {
 }
 
 /// CRC1: `F_iPar_CRC` comes first, although it is last but one in the block.
-fn check_1(parameters: &[u8], head: &[u8; 8]) -> u16 {
+fn check_1(parameters: &[u8], head: [u8; 8]) -> u16 {
     let octets = parameters.iter().chain(head).copied();
     ParameterCheck::preset(0).then_all(octets).value() as u16
 }
@@ -120,8 +127,10 @@ mod tests {
     /// The block with some octets replaced and CRC1 made right again.
     fn changed(places: &[(usize, u8)]) -> [u8; 10] {
         let mut block = PLAIN;
-        places.iter().for_each(|(place, octet)| block[*place] = *octet);
-        let head = block.first_chunk().expect("eight octets");
+        for (place, octet) in places {
+            block[*place] = *octet;
+        }
+        let head = *block.first_chunk().expect("eight octets");
         let check = check_1(&[], head).to_be_bytes();
         [block[8], block[9]] = check;
         block
@@ -134,10 +143,10 @@ mod tests {
         let kuka = [0x04, 0x40, 0, 1, 0, 1, 0x01, 0xF4];
         let basic = [0x04, 0x48, 0, 1, 0, 1, 0, 0x7D];
         let expanded = [0x24, 0x48, 0, 1, 0, 1, 0, 0x7D];
-        assert_eq!(check_1(&[], &kuka), 37_411);
-        assert_eq!(check_1(&i_parameters, &basic), 9_296);
-        assert_eq!(check_1(&i_parameters, &expanded), 35_282);
-        assert_eq!(check_1(&[], PLAIN.first_chunk().expect("eight octets")), 28_706);
+        assert_eq!(check_1(&[], kuka), 37_411);
+        assert_eq!(check_1(&i_parameters, basic), 9_296);
+        assert_eq!(check_1(&i_parameters, expanded), 35_282);
+        assert_eq!(check_1(&[], *PLAIN.first_chunk().expect("eight octets")), 28_706);
     }
 
     #[test]

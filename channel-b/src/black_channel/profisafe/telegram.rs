@@ -89,7 +89,9 @@ pub(super) fn compose(
     let check = check_2(preset, number, status, padded.iter().rev().copied());
     let [_, high, middle, low] = check.to_be_bytes();
     answer.clear();
-    padded.iter().for_each(|octet| answer.push(*octet));
+    for octet in padded {
+        answer.push(*octet);
+    }
     answer.push(status);
     answer.push_check([high, middle, low]);
 }

@@ -64,7 +64,7 @@ fn exchanging(number: u32) -> Device {
 
 /// Number 0 goes with toggle 1, number 1 with toggle 0, and so on.
 fn toggle(number: u32) -> u8 {
-    if number % 2 == 0 { TOGGLE } else { 0 }
+    if number.is_multiple_of(2) { TOGGLE } else { 0 }
 }
 
 /// The answer must be this status and these data under this number.

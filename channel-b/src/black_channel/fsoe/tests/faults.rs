@@ -69,7 +69,7 @@ fn a_new_connection_can_be_made_after_the_watchdog() {
 #[test]
 fn every_spoilt_variable_resets_the_connection() {
     type Change = fn(&mut super::super::memory::Memory);
-    let changes: [Change; 12] = [
+    let changes: [Change; 13] = [
         |m| m.state = State::Session,
         |m| m.done ^= 1,
         |m| m.session_id ^= 1 << 9,
@@ -78,6 +78,7 @@ fn every_spoilt_variable_resets_the_connection() {
         |m| m.parameter_header[2] ^= 0x80,
         |m| m.connection_data[3] ^= 1,
         |m| m.application_agrees ^= true,
+        |m| m.has_process_data ^= true,
         |m| m.master_number ^= 1,
         |m| m.slave_number ^= 1,
         |m| m.received_check ^= 1 << 4,
@@ -144,7 +145,7 @@ fn noise_never_reaches_the_outputs() {
         let length = if outputs == 1 { 6 } else { 2 * outputs + 3 };
         for cycle in 0..5_000 {
             let mut image = [0; 255];
-            image.iter_mut().for_each(|octet| *octet = noise(&mut seed) as u8);
+            image.fill_with(|| noise(&mut seed) as u8);
             image[0] = commands[noise(&mut seed) as usize % 8];
             let _ = receive(&mut slave, &image[..length], cycle, None);
             assert!(slave.outputs().iter().all(|octet| *octet == 0));

@@ -35,6 +35,7 @@ impl Place {
 }
 
 #[derive(Clone)]
+#[allow(clippy::struct_field_names, reason = "the numbers have the names of the text")]
 pub struct Master {
     outputs: usize,
     inputs: usize,

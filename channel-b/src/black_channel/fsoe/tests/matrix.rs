@@ -177,7 +177,7 @@ fn faults_of_the_connection_data_show_at_the_first_parameter_frame() {
 
 /// Brings a slave of 6/6 octets through a hand-shake changed by `change`, then
 /// sends process data, perhaps spoilt.
-fn first_data(config: &Config<'_>, change: fn(&mut Master), is_spoilt: bool) -> Vec<u8> {
+fn first_data(config: &Config<'_>, change: Change, is_spoilt: bool) -> Vec<u8> {
     let (mut slave, mut master) = brought_to(config, Place::Reset);
     change(&mut master);
     for (command, piece) in master.handshake() {
@@ -190,12 +190,14 @@ fn first_data(config: &Config<'_>, change: fn(&mut Master), is_spoilt: bool) -> 
     receive(&mut slave, &frame, 0, None)
 }
 
+type Change = fn(&mut Master);
+
 /// Marks H and M: length 8, watchdog 9, application length 10, content 11.
 #[test]
 fn parameter_faults_are_named_in_the_order_of_their_codes() {
     let application_parameters = &[0xA1, 0xB2, 0xC3, 0xD4, 0xE5];
     let config = Config { application_parameters, watchdog_ms: (10, 500), ..config(6, 6) };
-    let changes: [(fn(&mut Master), ResetCode); 9] = [
+    let changes: [(Change, ResetCode); 9] = [
         (|m| m.communication_length = 3, ResetCode::InvalidCommunicationLength),
         (|m| m.watchdog_ms = 0, ResetCode::InvalidCommunicationParameter),
         (|m| m.watchdog_ms = 9, ResetCode::InvalidCommunicationParameter),
