@@ -114,7 +114,7 @@ fn split_tail(tail: &[u8], block_id: u8) -> Option<(&[u8], u16)> {
 
 /// CRC1: `F_iPar_CRC` comes first, although it is last but one in the block.
 fn check_1(parameters: &[u8], head: [u8; 8]) -> u16 {
-    let octets = parameters.iter().chain(head).copied();
+    let octets = parameters.iter().copied().chain(head);
     ParameterCheck::preset(0).then_all(octets).value() as u16
 }
 
