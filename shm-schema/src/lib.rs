@@ -21,6 +21,8 @@
 
 pub mod agreement;
 pub mod answer;
+#[cfg(feature = "catalogue")]
+pub mod catalogue;
 pub mod cell;
 pub mod command;
 pub mod drive;
