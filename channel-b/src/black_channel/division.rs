@@ -2,7 +2,8 @@
 //!
 //! No table and no library: the dividend passes through a register that is
 //! left-aligned in 32 bits, and the divisor is subtracted wherever the leading
-//! bit is set. All five generator polynomials of this folder share the code.
+//! bit is set. All generator polynomials of this folder share the code; only the many
+//! small check sums of FSoE have a closed form of their own.
 
 /// Remainder of a division by `POLYNOMIAL`, which has `WIDTH` bits (1 to 32)
 /// below its leading one. Most significant bit first, nothing reflected,
@@ -10,8 +11,6 @@
 #[derive(Clone, Copy)]
 pub(super) struct Remainder<const WIDTH: u32, const POLYNOMIAL: u32>(u32);
 
-/// CRC_i of an FSoE frame (black-channel 2.4).
-pub(super) type FrameCheck = Remainder<16, 0x39B7>;
 /// CRC1 over the F-parameters (black-channel 7.2).
 pub(super) type ParameterCheck = Remainder<16, 0x4EAB>;
 /// CRC2 of a safety telegram, basic protocol (black-channel 7.4).
@@ -42,13 +41,6 @@ impl<const WIDTH: u32, const POLYNOMIAL: u32> Remainder<WIDTH, POLYNOMIAL> {
             bit += 1;
         }
         Self(register)
-    }
-
-    /// Brings down a 16-bit number, low octet first.
-    #[must_use]
-    pub(super) const fn then_low_first(self, number: u16) -> Self {
-        let [low, high] = number.to_le_bytes();
-        self.then(low).then(high)
     }
 
     /// Brings down all `octets` in their order.
@@ -108,7 +100,7 @@ mod tests {
     /// Remark of black-channel 2.4: entry 1 of the standard's second table.
     #[test]
     fn one_octet_and_three_zero_octets_leave_7648() {
-        let remainder = FrameCheck::preset(0).then_all([1, 0, 0, 0]);
+        let remainder = Remainder::<16, 0x39B7>::preset(0).then_all([1, 0, 0, 0]);
         assert_eq!(remainder.value(), 0x7648);
     }
 }

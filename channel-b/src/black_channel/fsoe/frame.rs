@@ -1,9 +1,7 @@
-//! The FSoE frame on the wire (black-channel 2.1 to 2.5).
-
-use core::slice::Chunks;
+//! The FSoE frame on the wire (black-channel 2.1, 2.2).
 
 use super::super::answer::Answer;
-use super::super::division::FrameCheck;
+use super::check::{Block, Link};
 
 /// Largest number of safe data octets of one direction.
 pub(super) const LARGEST_DATA: usize = 126;
@@ -75,78 +73,12 @@ impl Command {
     }
 }
 
-/// Everything that enters the check sums without being data: all CRCs of one
-/// frame share it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Link {
-    /// CRC_0 of the partner's last frame.
-    pub(super) inherited: u16,
-    pub(super) connection_id: u16,
-    /// Sequence number of this direction, never 0.
-    pub(super) number: u16,
-}
-
-impl Link {
-    /// The beginning of every chain: Reset frames and the first Session frame.
-    pub(super) const ORIGIN: Self = Self { inherited: 0, connection_id: 0, number: 1 };
-
-    /// The division after the octets that all blocks have in common.
-    fn opening(self, command: u8) -> FrameCheck {
-        FrameCheck::preset(0)
-            .then_low_first(self.inherited)
-            .then_low_first(self.connection_id)
-            .then_low_first(self.number)
-            .then(command)
-    }
-
-    /// CRC_0 of a frame that begins with the octets `block`.
-    pub(super) fn first_check(self, command: u8, block: impl IntoIterator<Item = u8>) -> u16 {
-        block_check(self.opening(command), 0, block)
-    }
-
-    /// This link with the number that follows `last`, stepped on once more when
-    /// CRC_0 would repeat `avoided` (collision rule, black-channel 2.5).
-    ///
-    /// One more step is always enough: two numbers differ by a polynomial of
-    /// degree below 16, which the generator, odd and of degree 16, never divides.
-    pub(super) fn numbered(
-        self,
-        last: u16,
-        avoided: u16,
-        command: u8,
-        block: impl Iterator<Item = u8>,
-    ) -> Self {
-        let next = Self { number: successor(last), ..self };
-        if next.first_check(command, block) == avoided {
-            return Self { number: successor(next.number), ..self };
-        }
-        next
-    }
-}
-
-/// The number after `number`: 65,535 is followed by 1, 0 is never used.
-pub(super) const fn successor(number: u16) -> u16 {
-    match number {
-        u16::MAX => 1,
-        _ => number.wrapping_add(1),
-    }
-}
-
-fn block_check(opening: FrameCheck, index: u16, block: impl IntoIterator<Item = u8>) -> u16 {
-    let indexed = match index {
-        0 => opening, // block 0 carries no index word (trap of black-channel 14)
-        _ => opening.then_low_first(index),
-    };
-    indexed.then_all(block).then_all([0; 3]).value() as u16
-}
-
 /// A received frame of the right length, not yet believed.
 #[derive(Clone, Copy)]
 pub(super) struct Frame<'a> {
     pub(super) command: u8,
     /// Data blocks, each followed by its check sum.
     body: &'a [u8],
-    is_single: bool,
     pub(super) connection_id: u16,
 }
 
@@ -160,60 +92,84 @@ impl<'a> Frame<'a> {
         let (&command, rest) = image.split_first()?;
         let (body, connection_id) = rest.split_last_chunk::<2>()?;
         let connection_id = u16::from_le_bytes(*connection_id);
-        Some(Self { command, body, is_single: size.octets() == 1, connection_id })
+        Some(Self { command, body, connection_id })
     }
 
-    fn blocks(&self) -> Chunks<'a, u8> {
-        if self.is_single { self.body.chunks(3) } else { self.body.chunks(4) }
-    }
-
-    /// The safe data octets in their order.
-    pub(super) fn data(&self) -> impl Iterator<Item = u8> + Clone + use<'a> {
-        self.blocks().flat_map(|block| split_block(block).0.iter().copied())
-    }
-
-    /// The data octets of block 0.
-    pub(super) fn first_block(&self) -> impl Iterator<Item = u8> + use<'a> {
-        let width = if self.is_single { 1 } else { 2 };
-        self.data().take(width)
-    }
-
-    /// Whether every check sum is the one that `link` demands.
-    pub(super) fn is_checked_by(&self, link: Link) -> bool {
-        let opening = link.opening(self.command);
-        self.blocks().zip(0_u16..).all(|(block, index)| {
-            let (data, check) = split_block(block);
-            check == Some(block_check(opening, index, data.iter().copied()))
+    /// The blocks with the check sums that came with them.
+    fn blocks(&self) -> impl Iterator<Item = (Block, u16)> + Clone + use<'a> {
+        // A body of three octets is the single block of a frame with one.
+        let chunks = if self.body.len() == 3 { self.body.chunks(3) } else { self.body.chunks(4) };
+        chunks.filter_map(|chunk| match *chunk {
+            [d0, d1, low, high] => Some((Block::Pair([d0, d1]), u16::from_le_bytes([low, high]))),
+            [d0, low, high] => Some((Block::Single(d0), u16::from_le_bytes([low, high]))),
+            _ => None, // no length that `parse` lets pass leaves such a rest
         })
     }
-}
 
-fn split_block(block: &[u8]) -> (&[u8], Option<u16>) {
-    match block.split_last_chunk::<2>() {
-        Some((data, check)) => (data, Some(u16::from_le_bytes(*check))),
-        None => (&[], None),
+    /// The safe data octets in their order; a single one is followed by a zero
+    /// that nobody takes.
+    pub(super) fn data(&self) -> impl Iterator<Item = u8> + Clone + use<'a> {
+        self.blocks().flat_map(|(block, _)| match block {
+            Block::Single(octet) => [octet, 0],
+            Block::Pair(octets) => octets,
+        })
+    }
+
+    /// Block 0 and the CRC_0 that came with it.
+    pub(super) fn first(&self) -> (Block, u16) {
+        self.blocks().next().unwrap_or((Block::Single(0), 0))
+    }
+
+    /// Whether every check sum is the one that `link` demands, of which
+    /// `first_check` is CRC_0.
+    pub(super) fn is_checked_by(&self, link: Link, first_check: u16) -> bool {
+        let (_, received) = self.first();
+        if received != first_check {
+            return false;
+        }
+        let further = link.further_checks(self.command);
+        let mut blocks = self.blocks().zip(0_u16..).skip(1);
+        blocks.all(|((block, check), index)| check == further.of(index, block))
     }
 }
 
-/// Writes a whole frame with `size` octets taken from `data`, zeros where it ends.
+/// The first block of a frame of `size` octets that begins with `data`.
+pub(super) fn first_block(size: DataSize, mut data: impl Iterator<Item = u8>) -> Block {
+    let low = data.next().unwrap_or(0);
+    match size.octets() {
+        1 => Block::Single(low),
+        _ => Block::Pair([low, data.next().unwrap_or(0)]),
+    }
+}
+
+/// Writes a whole frame with `size` octets taken from `data`, zeros where it
+/// ends; `first_check` is the CRC_0 that `link` gives it.
 pub(super) fn compose(
     answer: &mut Answer,
-    size: DataSize,
-    command: u8,
-    link: Link,
+    (size, command): (DataSize, u8),
+    (link, first_check): (Link, u16),
     data: impl Iterator<Item = u8>,
 ) {
-    let opening = link.opening(command);
-    let width: usize = if size.octets() == 1 { 1 } else { 2 };
-    let mut octets = data.chain(core::iter::repeat(0)).take(size.octets());
+    let mut octets = [0; LARGEST_DATA];
+    octets.iter_mut().zip(data).for_each(|(to, from)| *to = from);
     answer.clear();
     answer.push(command);
-    for index in 0_u16..(LARGEST_DATA as u16) {
-        let Some(low) = octets.next() else { break };
-        let block = [low, octets.next().unwrap_or(0)];
-        let block = block.iter().copied().take(width);
-        block.clone().for_each(|octet| answer.push(octet));
-        answer.push_check(block_check(opening, index, block).to_le_bytes());
+    if let Block::Single(octet) = first_block(size, octets.into_iter()) {
+        answer.push(octet);
+        answer.push_check(first_check.to_le_bytes());
+    }
+    // No pair for a single octet: half of one is none.
+    let (pairs, _) = octets.as_chunks::<2>();
+    let further = link.further_checks(command);
+    for (pair, index) in pairs.iter().zip(0_u16..).take(size.octets() >> 1) {
+        let check = match index {
+            0 => first_check,
+            _ => further.of(index, Block::Pair(*pair)),
+        };
+        for octet in pair {
+            answer.push(*octet);
+        }
+        answer.push_check(check.to_le_bytes());
     }
     link.connection_id.to_le_bytes().into_iter().for_each(|octet| answer.push(octet));
 }
@@ -221,16 +177,6 @@ pub(super) fn compose(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Black-channel 4.1.
-    #[test]
-    fn single_check_sum_vectors_hold() {
-        let origin = Link::ORIGIN;
-        assert_eq!(origin.first_check(0x4E, [0x12, 0x34]), 0x4D07);
-        assert_eq!(origin.first_check(0x4E, [0x12]), 0xA176);
-        let link = Link { inherited: 0xABCD, connection_id: 7, number: 2 };
-        assert_eq!(block_check(link.opening(0x36), 1, [0xDE, 0xAD]), 0xBC47);
-    }
 
     /// Black-channel 2.1: 1, or even and at most 126.
     #[test]
@@ -242,36 +188,5 @@ mod tests {
         assert_eq!(DataSize::new(1).map(DataSize::frame_length), Some(6));
         assert_eq!(DataSize::new(12).map(DataSize::frame_length), Some(27));
         assert_eq!(DataSize::new(126).map(DataSize::frame_length), Some(255));
-    }
-
-    /// Black-channel 2.5.
-    #[test]
-    fn number_65535_is_followed_by_1() {
-        assert_eq!(successor(0), 1);
-        assert_eq!(successor(65_534), 65_535);
-        assert_eq!(successor(65_535), 1);
-    }
-
-    /// The proof in the comment of `numbered`, by trying all of them.
-    #[test]
-    fn all_sequence_numbers_give_different_check_sums() {
-        extern crate std;
-        let mut seen = std::vec![false; 65_536];
-        for number in 1..=u16::MAX {
-            let check = Link { inherited: 5, connection_id: 7, number }.first_check(0x36, [1, 2]);
-            assert!(!core::mem::replace(&mut seen[usize::from(check)], true));
-        }
-    }
-
-    #[test]
-    fn a_collision_steps_the_number_on_once_more() {
-        let link = Link { inherited: 0x1111, connection_id: 7, number: 0 };
-        let plain = link.numbered(9, 0, 0x36, [1, 2].into_iter());
-        assert_eq!(plain.number, 10);
-        let repeated = plain.first_check(0x36, [1, 2]);
-        let stepped = link.numbered(9, repeated, 0x36, [1, 2].into_iter());
-        assert_eq!(stepped.number, 11);
-        let at_wrap = Link { number: 65_535, ..link }.first_check(0x36, [1, 2]);
-        assert_eq!(link.numbered(65_534, at_wrap, 0x36, [1, 2].into_iter()).number, 1);
     }
 }

@@ -1,7 +1,7 @@
 //! Everything an FSoE slave remembers between two frames (black-channel 3.1).
 
 use super::super::mirrored::Words;
-use super::frame::Link;
+use super::check::Link;
 use super::verdict::State;
 
 /// Octets of the session id, of the connection data, and of the parameters in

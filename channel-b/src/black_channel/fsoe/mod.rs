@@ -3,6 +3,7 @@
 //! Each frame is judged as a whole against everything remembered, and answers
 //! with a new memory and a new frame; nothing is changed in between.
 
+mod check;
 mod frame;
 mod memory;
 mod steps;

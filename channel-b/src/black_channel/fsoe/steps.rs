@@ -6,7 +6,8 @@ use super::super::Outcome;
 use super::super::answer::Answer;
 use super::super::mirrored::{Mirrored, MirroredOctets};
 use super::Slave;
-use super::frame::{Command, Frame, Link, compose};
+use super::check::Link;
+use super::frame::{Command, Frame, compose, first_block};
 use super::memory::{CONNECTION_OCTETS, Memory, PARAMETER_HEADER_OCTETS, SESSION_OCTETS};
 use super::verdict::{Evidence, ResetCode, State, Verdict, judge};
 
@@ -20,8 +21,8 @@ impl Slave {
         answer: &mut Answer,
     ) -> Outcome {
         let command = Command::of(frame.command);
-        let link = chained_link(&memory, frame);
-        let evidence = self.gather(&memory, frame, link);
+        let (link, first_check) = next_link(&memory, frame);
+        let evidence = self.gather(&memory, frame, (link, first_check));
         let start = || Memory {
             state: State::Session,
             session_id: memory.next_session_id,
@@ -42,7 +43,7 @@ impl Slave {
         }
     }
 
-    fn gather(&self, memory: &Memory, frame: &Frame<'_>, link: Link) -> Evidence {
+    fn gather(&self, memory: &Memory, frame: &Frame<'_>, (link, first_check): (Link, u16)) -> Evidence {
         let [connection_id, address] = memory.connection_fields();
         let has_connection_id = frame.connection_id != 0;
         let is_session = Command::of(frame.command) == Command::Session;
@@ -56,8 +57,8 @@ impl Slave {
             connection_data_agree: connection_id == memory.connection_id,
             address_agrees: address == self.address,
             parameter_fault: self.parameter_fault(memory),
-            is_chained: may_be_chained && frame.is_checked_by(link),
-            is_origin: may_be_origin && frame.is_checked_by(Link::ORIGIN),
+            is_chained: may_be_chained && frame.is_checked_by(link, first_check),
+            is_origin: may_be_origin && begins_chain(frame),
         }
     }
 
@@ -90,8 +91,9 @@ impl Slave {
         self.outputs = MirroredOctets::zeros();
         self.last_reset = Some(code);
         self.memory = Mirrored::new(Memory::reset(memory.next_session_id));
-        let data = iter::once(code.octet());
-        compose(answer, self.input_size, Command::Reset.octet(), Link::ORIGIN, data);
+        let (command, data) = (Command::Reset.octet(), iter::once(code.octet()));
+        let first_check = Link::ORIGIN.first_check(command, first_block(self.input_size, data.clone()));
+        compose(answer, (self.input_size, command), (Link::ORIGIN, first_check), data);
         Outcome::Answered
     }
 
@@ -187,28 +189,32 @@ impl Slave {
         data: impl Iterator<Item = u8> + Clone,
         answer: &mut Answer,
     ) -> Outcome {
-        let width = self.input_size.octets().min(2);
-        let block = || data.clone().chain(iter::repeat(0)).take(width);
+        let block = first_block(self.input_size, data.clone());
         let link = Link { inherited: memory.received_check, connection_id, number: 0 };
-        let link = link.numbered(memory.slave_number, memory.sent_check, command, block());
-        let sent_check = link.first_check(command, block());
+        let (link, sent_check) = link.numbered(memory.slave_number, memory.sent_check, command, block);
         self.memory = Mirrored::new(Memory { slave_number: link.number, sent_check, ..memory });
-        compose(answer, self.input_size, command, link, data);
+        compose(answer, (self.input_size, command), (link, sent_check), data);
         Outcome::Answered
     }
 }
 
-/// Where in the chain the next frame of the master has to be.
-fn chained_link(memory: &Memory, frame: &Frame<'_>) -> Link {
-    let expected = memory.expected(frame.connection_id);
-    let avoided = memory.received_check;
-    expected.numbered(memory.master_number, avoided, frame.command, frame.first_block())
+/// Where in the chain the next frame of the master has to be, and its CRC_0.
+fn next_link(memory: &Memory, frame: &Frame<'_>) -> (Link, u16) {
+    let (block, _) = frame.first();
+    let (number, avoided) = (memory.master_number, memory.received_check);
+    memory.expected(frame.connection_id).numbered(number, avoided, frame.command, block)
+}
+
+/// Whether the check sums are those of the first frame of a chain.
+fn begins_chain(frame: &Frame<'_>) -> bool {
+    let (block, _) = frame.first();
+    frame.is_checked_by(Link::ORIGIN, Link::ORIGIN.first_check(frame.command, block))
 }
 
 impl Memory {
     /// This memory with `frame`, found right by `link`, as the last one received.
     fn received(self, frame: &Frame<'_>, link: Link) -> Self {
-        let received_check = link.first_check(frame.command, frame.first_block());
+        let (_, received_check) = frame.first();
         Self { master_number: link.number, received_check, ..self }
     }
 

@@ -3,7 +3,8 @@
 use super::std::vec;
 use super::std::vec::Vec;
 
-use super::super::frame::{DataSize, Frame, Link, compose};
+use super::super::check::Link;
+use super::super::frame::{DataSize, Frame, compose, first_block};
 use super::super::{Config, Slave};
 use super::{Answer, receive};
 
@@ -78,7 +79,9 @@ impl Master {
     pub fn frame(&self, command: u8, link: Link, data: &[u8]) -> Vec<u8> {
         let size = DataSize::new(self.outputs).expect("valid size");
         let mut answer = Answer::empty();
-        compose(&mut answer, size, command, link, data.iter().copied());
+        let data = data.iter().copied();
+        let first_check = link.first_check(command, first_block(size, data.clone()));
+        compose(&mut answer, (size, command), (link, first_check), data);
         answer.octets().to_vec()
     }
 
@@ -133,7 +136,7 @@ impl Master {
                 number: self.slave_number,
             };
             let check = first_check(answer, self.inputs);
-            if frame.is_checked_by(link) {
+            if frame.is_checked_by(link, link.first_check(frame.command, frame.first().0)) {
                 assert_ne!(check, self.last_check_received, "collision rule");
                 self.last_check_received = check;
                 return;

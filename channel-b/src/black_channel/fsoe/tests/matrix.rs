@@ -2,7 +2,7 @@
 
 use super::std::vec::Vec;
 
-use super::super::frame::Link;
+use super::super::check::Link;
 use super::super::{Config, ResetCode};
 use super::master::{Master, Place};
 use super::{State, brought_to, config, is_reset_with, receive};
