@@ -9,3 +9,4 @@
 #![forbid(unsafe_code)]
 
 pub mod shm;
+pub mod trace;

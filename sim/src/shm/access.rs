@@ -74,7 +74,12 @@ impl<T: CellValue> fmt::Debug for CellWriter<T> {
 }
 
 impl<T: CellValue> CellWriter<T> {
-    pub(super) fn new(port: &Arc<Writer<Ipc, u32>>, kind: Kind, axis: u8, nonce: u32) -> Result<Self, DomainError> {
+    pub(super) fn new(
+        port: &Arc<Writer<Ipc, u32>>,
+        kind: Kind,
+        axis: u8,
+        nonce: u32,
+    ) -> Result<Self, DomainError> {
         let entry = port.entry::<T::Octets>(&u32::from(axis)).map_err(service_error(kind.name()))?;
         let header = Header {
             layout: kind.layout(),

@@ -172,7 +172,11 @@ fn create_kind(node: &Node<Ipc>, kind: Kind, axes: &[u8]) -> Result<Blackboard<I
     }
 }
 
-fn create_service<T: CellValue>(node: &Node<Ipc>, kind: Kind, axes: &[u8]) -> Result<Blackboard<Ipc, u32>, DomainError> {
+fn create_service<T: CellValue>(
+    node: &Node<Ipc>,
+    kind: Kind,
+    axes: &[u8],
+) -> Result<Blackboard<Ipc, u32>, DomainError> {
     let name = service_name(kind);
     let creator = node.service_builder(&parsed(&name)?).blackboard_creator::<u32>();
     let creator = creator.max_readers(READERS_MAX).max_nodes(READERS_MAX);

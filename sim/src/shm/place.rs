@@ -82,7 +82,8 @@ impl Place {
             .flatten()
             .filter(|entry| entry.file_name().to_string_lossy().starts_with(prefix))
             .try_for_each(|entry| {
-                absent_is_fine(fs::remove_file(entry.path())).map_err(|error| DomainError::File(entry.path(), error))
+                absent_is_fine(fs::remove_file(entry.path()))
+                    .map_err(|error| DomainError::File(entry.path(), error))
             })
     }
 
