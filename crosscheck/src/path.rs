@@ -1,0 +1,261 @@
+//! The two switch-off paths: readback supervision, self-test at start, dormant faults.
+
+use shm_schema::agreement::PathTest;
+use shm_schema::exchange::Received;
+use shm_schema::inhibit::Readback;
+
+use crate::fault::{Fault, FaultSet};
+
+/// Cycles a driven path may take to read on (design 8: three exchange cycles).
+const FOLLOW_ON_CYCLES: u32 = 3;
+/// Cycles an undriven path may take to read off: as above, plus the evaluator's dead-man.
+const FOLLOW_OFF_CYCLES: u32 = 6;
+/// Cycles one step of the self-test may take.
+const TEST_STEP_CYCLES: u32 = 20;
+/// Time without a dynamic test after which a path may hide a dormant fault (AMK-PATH-03), ns.
+const DORMANT_NS: u64 = 3_600_000_000_000;
+
+/// The readback as long as it can be believed.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen {
+    readback: Option<Readback>,
+    sequence: u64,
+    silent: u8,
+    advanced: bool,
+}
+
+impl Seen {
+    /// Nothing read yet.
+    pub const NEW: Self = Self { readback: None, sequence: 0, silent: 0, advanced: false };
+
+    /// Takes in what the evaluator shows in this cycle.
+    pub fn follow(&mut self, received: &Received<Readback>, stale_cycles: u8) {
+        self.advanced = false;
+        match received {
+            Ok(sampled) if self.is_news(sampled.sequence) => {
+                self.readback = Some(sampled.payload);
+                self.sequence = sampled.sequence;
+                self.silent = 0;
+                self.advanced = true;
+            }
+            _ => self.miss(stale_cycles),
+        }
+    }
+
+    fn is_news(&self, sequence: u64) -> bool {
+        let first = self.readback.is_none();
+        let newer = sequence > self.sequence;
+        first | newer
+    }
+
+    fn miss(&mut self, stale_cycles: u8) {
+        self.silent = self.silent.saturating_add(1);
+        if self.silent >= stale_cycles {
+            self.readback = None;
+        }
+    }
+
+    /// Whether the readback is known.
+    pub const fn is_known(&self) -> bool {
+        self.readback.is_some()
+    }
+
+    fn paths(&self) -> (Option<bool>, Option<bool>) {
+        (self.readback.map(|seen| seen.path_a), self.readback.map(|seen| seen.path_b))
+    }
+}
+
+/// One path against what its channel drives.
+#[derive(Debug, Clone, Copy, Default)]
+struct Watch {
+    driven_cycles: u32,
+    idle_cycles: u32,
+}
+
+impl Watch {
+    /// (stuck on, dead).
+    fn observe(&mut self, driven: bool, reads_on: Option<bool>) -> (bool, bool) {
+        self.driven_cycles = if driven { self.driven_cycles.saturating_add(1) } else { 0 };
+        self.idle_cycles = if driven { 0 } else { self.idle_cycles.saturating_add(1) };
+        let should_read_off = self.idle_cycles > FOLLOW_OFF_CYCLES;
+        let should_read_on = self.driven_cycles > FOLLOW_ON_CYCLES;
+        let stuck = should_read_off & (reads_on == Some(true));
+        // No readback is no proof that the path follows.
+        let dead = should_read_on & (reads_on != Some(true));
+        (stuck, dead)
+    }
+}
+
+/// When a path was last seen to pause its edges while it was on.
+#[derive(Debug, Clone, Copy)]
+struct Pulse {
+    edges: u64,
+    paused_ns: Option<u64>,
+}
+
+impl Pulse {
+    const NEW: Self = Self { edges: 0, paused_ns: None };
+
+    fn observe(&mut self, on: bool, edges: u64, now_ns: u64) {
+        let same = edges == self.edges;
+        self.edges = edges;
+        if on & same {
+            self.paused_ns = Some(now_ns);
+        }
+    }
+
+    fn is_dormant(&mut self, now_ns: u64) -> bool {
+        let since_ns = *self.paused_ns.get_or_insert(now_ns);
+        now_ns.saturating_sub(since_ns) > DORMANT_NS
+    }
+}
+
+/// Supervision of both paths.
+#[derive(Debug, Clone, Copy)]
+pub struct Paths {
+    a: Watch,
+    b: Watch,
+    pulse_a: Pulse,
+    pulse_b: Pulse,
+}
+
+impl Paths {
+    /// Neither path driven.
+    pub const NEW: Self = Self {
+        a: Watch { driven_cycles: 0, idle_cycles: 0 },
+        b: Watch { driven_cycles: 0, idle_cycles: 0 },
+        pulse_a: Pulse::NEW,
+        pulse_b: Pulse::NEW,
+    };
+
+    /// Judges one cycle; `driven` says what A and B drive.
+    pub fn observe(&mut self, driven: (bool, bool), seen: &Seen, now_ns: u64) -> FaultSet {
+        let (reads_a, reads_b) = seen.paths();
+        let (stuck_a, dead_a) = self.a.observe(driven.0, reads_a);
+        let (stuck_b, dead_b) = self.b.observe(driven.1, reads_b);
+        let mut faults = self.dormant(seen, now_ns);
+        faults.add_if(stuck_a, Fault::PathAStuck);
+        faults.add_if(dead_a, Fault::PathADead);
+        faults.add_if(stuck_b, Fault::PathBStuck);
+        faults.add_if(dead_b, Fault::PathBDead);
+        faults
+    }
+
+    fn dormant(&mut self, seen: &Seen, now_ns: u64) -> FaultSet {
+        if let Some(readback) = seen.readback.filter(|_| seen.advanced) {
+            self.pulse_a.observe(readback.path_a, readback.edges_a, now_ns);
+            self.pulse_b.observe(readback.path_b, readback.edges_b, now_ns);
+        }
+        let mut faults = FaultSet::EMPTY;
+        faults.add_if(self.pulse_a.is_dormant(now_ns), Fault::DormantA);
+        faults.add_if(self.pulse_b.is_dormant(now_ns), Fault::DormantB);
+        faults
+    }
+}
+
+/// Steps of the self-test (DEC-19), in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    Idle,
+    BothOff,
+    RaiseA,
+    OffAgain,
+    RaiseB,
+    OffAtLast,
+    Passed,
+    Failed,
+}
+
+impl Step {
+    /// What is published, what A and B must read, and what follows.
+    const fn row(self) -> (PathTest, bool, bool, Self) {
+        match self {
+            Self::Idle => (PathTest::None, false, false, Self::Idle),
+            Self::BothOff => (PathTest::None, false, false, Self::RaiseA),
+            Self::RaiseA => (PathTest::RaiseA, true, false, Self::OffAgain),
+            Self::OffAgain => (PathTest::None, false, false, Self::RaiseB),
+            Self::RaiseB => (PathTest::RaiseB, false, true, Self::OffAtLast),
+            Self::OffAtLast => (PathTest::None, false, false, Self::Passed),
+            Self::Passed => (PathTest::Passed, true, true, Self::Passed),
+            Self::Failed => (PathTest::None, false, false, Self::Failed),
+        }
+    }
+
+    const fn runs(self) -> bool {
+        !matches!(self, Self::Idle | Self::Passed | Self::Failed)
+    }
+}
+
+/// The self-test at start, led by crosscheck.
+#[derive(Debug, Clone, Copy)]
+pub struct SelfTest {
+    step: Step,
+    cycles: u32,
+}
+
+impl SelfTest {
+    /// `passed`: the start-up is complete already (settled start).
+    pub const fn new(passed: bool) -> Self {
+        Self { step: if passed { Step::Passed } else { Step::Idle }, cycles: 0 }
+    }
+
+    /// What the agreement shows.
+    pub const fn shown(&self) -> PathTest {
+        self.step.row().0
+    }
+
+    /// Whether both paths have been seen on and off.
+    pub fn is_passed(&self) -> bool {
+        self.step == Step::Passed
+    }
+
+    /// Back to the beginning: a channel started anew, or a failed test was acknowledged.
+    pub const fn reset(&mut self) {
+        self.enter(Step::Idle);
+    }
+
+    /// Whether a test failed and waits for the acknowledgement.
+    pub fn is_failed(&self) -> bool {
+        self.step == Step::Failed
+    }
+
+    /// One cycle; the test begins when `may_begin`. A fault ends it.
+    pub fn advance(&mut self, may_begin: bool, seen: &Seen) -> FaultSet {
+        let begins = (self.step == Step::Idle) & may_begin;
+        if begins {
+            self.enter(Step::BothOff);
+        }
+        if !self.step.runs() {
+            return FaultSet::EMPTY;
+        }
+        self.cycles = self.cycles.saturating_add(1);
+        let (_, wants_a, wants_b, next) = self.step.row();
+        let (reads_a, reads_b) = seen.paths();
+        if (reads_a, reads_b) == (Some(wants_a), Some(wants_b)) {
+            self.enter(next);
+            return FaultSet::EMPTY;
+        }
+        if self.cycles <= TEST_STEP_CYCLES {
+            return FaultSet::EMPTY;
+        }
+        self.enter(Step::Failed);
+        blame((wants_a, reads_a), (wants_b, reads_b))
+    }
+
+    const fn enter(&mut self, step: Step) {
+        self.step = step;
+        self.cycles = 0;
+    }
+}
+
+/// Which path did not read what was wanted; without a readback both count as dead.
+fn blame(a: (bool, Option<bool>), b: (bool, Option<bool>)) -> FaultSet {
+    let mut faults = FaultSet::EMPTY;
+    faults.add_if(a == (false, Some(true)), Fault::PathAStuck);
+    faults.add_if(b == (false, Some(true)), Fault::PathBStuck);
+    faults.add_if(a == (true, Some(false)), Fault::PathADead);
+    faults.add_if(b == (true, Some(false)), Fault::PathBDead);
+    faults.add_if(a.1.is_none(), Fault::PathADead);
+    faults.add_if(b.1.is_none(), Fault::PathBDead);
+    faults
+}
