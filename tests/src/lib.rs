@@ -1,1 +1,3 @@
 //! Whole-system tests and the reference model.
+
+pub mod model;
