@@ -26,7 +26,7 @@ impl Watch {
             *self = Self { begun: true, start: (own_ns, other_ns), last: (own_ns, other_ns) };
             return false;
         }
-        let backwards = (own_ns < self.last.0) | (other_ns < self.last.1);
+        let backwards = (own_ns < self.last.0) || (other_ns < self.last.1);
         let step = advance(self.last, own_ns, other_ns);
         let stepped = step.0.abs_diff(step.1) > step_max_ns;
         self.last = (own_ns, other_ns);

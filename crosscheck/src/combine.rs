@@ -54,7 +54,7 @@ pub fn drive(a: &DriveRequest, b: &DriveRequest) -> DriveRequest {
     let (max_b, min_b) = band(b);
     let (max, min) = (max_a.min(max_b), min_a.max(min_b));
     let limited = a.limit_set_point | b.limit_set_point;
-    let possible = limited & (min <= max);
+    let possible = limited && (min <= max);
     DriveRequest {
         brake: a.brake | b.brake,
         // The steeper of the two; 0 leaves the slope to the drive.

@@ -124,6 +124,7 @@ fn ones(mut bits: u32) -> impl Iterator<Item = u32> {
 
 /// The present and how long a difference is tolerated.
 #[derive(Debug, Clone, Copy)]
+#[allow(clippy::struct_field_names, reason = "units last")]
 pub struct Patience {
     /// Crosscheck's clock, ns.
     pub now_ns: u64,
@@ -186,7 +187,7 @@ pub fn at_once(a: &Report, b: &Report, limits: &Limits) -> FaultSet {
     let speed = a.speed_mrpm.abs_diff(b.speed_mrpm);
     faults.add_if(position > limits.position_difference.unsigned_abs(), Fault::Position);
     faults.add_if(i64::from(speed) > limits.speed_difference_mrpm, Fault::Speed);
-    let expected = |named: u32, reported: u32| (named == 0) | (named == reported);
+    let expected = |named: u32, reported: u32| (named == 0) || (named == reported);
     let identified = [
         a.parameter_signature == b.parameter_signature,
         expected(limits.signature, a.parameter_signature),

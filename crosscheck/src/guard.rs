@@ -13,12 +13,34 @@ static CRC32C: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISCSI);
 
 /// CRC-32 (ISO-HDLC) of `octets`.
 pub fn crc32(octets: &[u8]) -> u32 {
-    CRC32.checksum(octets)
+    reflected(CRC32.table(), octets)
 }
 
 /// CRC-32C (iSCSI) of `octets`.
 pub fn crc32c(octets: &[u8]) -> u32 {
-    CRC32C.checksum(octets)
+    reflected(CRC32C.table(), octets)
+}
+
+/// Walks the library's tables, 16 octets at a time; its own walk can panic as far as the
+/// compiler knows. Table n is for an octet that n others follow.
+fn reflected(tables: &[[u32; 256]; 16], octets: &[u8]) -> u32 {
+    let (blocks, rest) = octets.as_chunks::<16>();
+    let mut sum = u32::MAX;
+    for block in blocks {
+        let mut mixed = *block;
+        for (octet, part) in mixed.iter_mut().zip(sum.to_le_bytes()) {
+            *octet ^= part;
+        }
+        sum = 0;
+        for (table, octet) in tables.iter().rev().zip(mixed) {
+            sum ^= table[usize::from(octet)];
+        }
+    }
+    let [last, ..] = tables;
+    for octet in rest {
+        sum = sum >> 8 ^ last[usize::from(sum as u8 ^ octet)];
+    }
+    !sum
 }
 
 /// Judges the cells of one kind and axis.
@@ -45,10 +67,9 @@ impl Guard {
         }
         let mut source = Source::new(octets);
         let covered = octets.get(CRC_START..).ok_or(CellFault::Length)?;
-        let header = match Header::take(&mut source) {
-            Some(header) => header,
+        let Some(header) = Header::take(&mut source) else {
             // An unknown kind or writer: damaged, unless the check sum says it was meant.
-            None => return Err(Self::unreadable(octets, covered, crc)),
+            return Err(Self::unreadable(octets, covered, crc));
         };
         if header.length == 0 {
             return Err(CellFault::Missing);

@@ -96,8 +96,9 @@ impl Limits {
         let mut raw = Raw::defaults(profile)?;
         let mut status = StatusRules::of(profile);
         for entry in entries.as_chunks::<8>().0 {
-            let [a, b, c, d, e, f, g, h] = *entry;
-            raw.take(u32::from_le_bytes([a, b, c, d]), i32::from_le_bytes([e, f, g, h]), &mut status);
+            // One little-endian number of 64 bits: the key below, the value above.
+            let both = u64::from_le_bytes(*entry);
+            raw.take(both as u32, (both >> 32) as i32, &mut status);
         }
         Some(Self {
             acceptable: CC_FACTOR.contains(&raw.cc_factor),

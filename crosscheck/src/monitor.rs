@@ -72,7 +72,7 @@ impl Crosscheck {
 
         let news = Pair::find(&self.a, &self.b, self.pair.as_ref());
         let clocks = self.clocks.channels(&self.a, &self.b, news.as_ref(), cycle_ns);
-        self.take_pair(news, now_ns);
+        self.take_pair(news.as_ref(), now_ns);
 
         let mut standing = self.compared.and_also(witnesses).and_also(clocks);
         standing = standing.and_also(self.presence(inputs.overruns));
@@ -95,7 +95,7 @@ impl Crosscheck {
         }
     }
 
-    fn take_pair(&mut self, news: Option<Pair>, now_ns: u64) {
+    fn take_pair(&mut self, news: Option<&Pair>, now_ns: u64) {
         let Some(pair) = news else {
             self.unpaired_cycles = self.unpaired_cycles.saturating_add(1);
             return;
@@ -105,7 +105,7 @@ impl Crosscheck {
             self.missed = self.missed.saturating_add(distance.saturating_sub(1));
         }
         self.unpaired_cycles = 0;
-        self.pair = Some(pair);
+        self.pair = Some(*pair);
         let (a, b) = (&pair.a.payload, &pair.b.payload);
         let past_boot = a.phase.min(b.phase) >= Phase::Pairing;
         self.comparing |= past_boot;
@@ -127,18 +127,18 @@ impl Crosscheck {
         let lasting = self.timers.follow(&differences, &patience);
         let immediate = at_once(a, b, &self.limits);
         self.compared = lasting.and_also(immediate);
-        let equal = differences.is_empty() & (immediate == FaultSet::EMPTY);
+        let equal = differences.is_empty() && (immediate == FaultSet::EMPTY);
         self.equal_since_ns = if equal { self.equal_since_ns.or(Some(now_ns)) } else { None };
     }
 
     /// DEC-23, overruns, and what the image alone decides.
     fn presence(&self, overruns: u8) -> FaultSet {
         let both_heard = self.a.newest().is_some() & self.b.newest().is_some();
-        let never_meet = both_heard & (self.unpaired_cycles >= SILENT_MAX);
+        let never_meet = both_heard && (self.unpaired_cycles >= SILENT_MAX);
         let max = self.setup.overruns_max.max(1);
         let late = [Some(overruns), overruns_of(&self.a), overruns_of(&self.b)];
         let too_late = late.iter().flatten().any(|count| *count >= max);
-        let own_image = self.limits.acceptable & (self.limits.axis == self.setup.axis);
+        let own_image = self.limits.acceptable && (self.limits.axis == self.setup.axis);
         let mut faults = FaultSet::EMPTY;
         faults.add_if(self.a.is_lost() | self.b.is_lost(), Fault::PartnerLost);
         faults.add_if(never_meet | too_late, Fault::PartnerLost);

@@ -108,12 +108,12 @@ impl Follower {
 
     /// Whether the channel was there and is not any more (DEC-23).
     pub const fn is_lost(&self) -> bool {
-        self.heard & (self.silent >= SILENT_MAX)
+        self.heard && (self.silent >= SILENT_MAX)
     }
 
     /// Whether the channel is there.
     pub const fn is_present(&self) -> bool {
-        self.heard & (self.silent < SILENT_MAX)
+        self.heard && (self.silent < SILENT_MAX)
     }
 
     /// The newest report kept that was computed from `exchange`.

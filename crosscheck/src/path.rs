@@ -79,9 +79,9 @@ impl Watch {
         self.idle_cycles = if driven { 0 } else { self.idle_cycles.saturating_add(1) };
         let should_read_off = self.idle_cycles > FOLLOW_OFF_CYCLES;
         let should_read_on = self.driven_cycles > FOLLOW_ON_CYCLES;
-        let stuck = should_read_off & (reads_on == Some(true));
+        let stuck = should_read_off && (reads_on == Some(true));
         // No readback is no proof that the path follows.
-        let dead = should_read_on & (reads_on != Some(true));
+        let dead = should_read_on && (reads_on != Some(true));
         (stuck, dead)
     }
 }
@@ -200,12 +200,12 @@ impl SelfTest {
     }
 
     /// What the agreement shows.
-    pub const fn shown(&self) -> PathTest {
+    pub const fn shown(self) -> PathTest {
         self.step.row().0
     }
 
     /// Whether both paths have been seen on and off.
-    pub fn is_passed(&self) -> bool {
+    pub fn is_passed(self) -> bool {
         self.step == Step::Passed
     }
 
@@ -215,7 +215,7 @@ impl SelfTest {
     }
 
     /// Whether a test failed and waits for the acknowledgement.
-    pub fn is_failed(&self) -> bool {
+    pub fn is_failed(self) -> bool {
         self.step == Step::Failed
     }
 

@@ -21,7 +21,7 @@ pub const NONCE: u32 = 77;
 /// Encoding A of an image with these entries.
 pub fn image(profile: Profile, axis: u8, entries: &[(u32, i32)]) -> Vec<u8> {
     let mut words = std::vec![MAGIC, u32::from(VERSION) << 16 | (profile as u32) << 8 | u32::from(axis)];
-    words.extend([entries.len() as u32, 0, 0xC0FFEE, 0, 1]);
+    words.extend([entries.len() as u32, 0, 0x00C0_FFEE, 0, 1]);
     words.extend([0; 6]);
     for (key, value) in entries {
         words.extend([*key, *value as u32]);
@@ -62,7 +62,7 @@ fn healthy() -> Report {
         phase: Phase::Operational,
         ready: true,
         driving: true,
-        parameter_signature: 0xC0FFEE,
+        parameter_signature: 0x00C0_FFEE,
         status: Word::from_u32(0x1000_0100),
         ..Report::default()
     }

@@ -6,8 +6,11 @@ use shm_schema::word::Word;
 
 use super::bench::{Bench, TCC_CYCLES, amk, codes};
 
+/// What bends a healthy machine.
+type Bend = fn(&mut Bench);
+
 /// Each item of DEC-21, the way it is bent in A, and Info2 of DEC-45.
-const ITEMS: [(&str, fn(&mut Bench), u32); 9] = [
+const ITEMS: [(&str, Bend, u32); 9] = [
     ("status bit", |b| b.a.status = b.a.status.with(12, true), 8),
     ("last status bit", |b| b.a.status = b.a.status.with(255, true), 8),
     ("requested function", |b| b.a.requested = Word::ZERO.with(200, true), 8),
