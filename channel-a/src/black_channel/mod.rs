@@ -14,6 +14,8 @@ mod answer;
 mod crc;
 mod fsoe;
 mod profisafe;
+#[cfg(test)]
+mod tests;
 
 pub use answer::{Answer, LengthFault, MAX_DATA, MAX_FRAME};
 pub use crc::{frame_digest, parameter_signature};

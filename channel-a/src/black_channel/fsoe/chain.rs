@@ -20,7 +20,7 @@ const fn following(number: u16) -> u16 {
 }
 
 /// Number and last first check sum of one direction.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Direction {
     number: u16,
     previous: u16,
@@ -48,7 +48,7 @@ impl Direction {
 }
 
 /// Both directions, and the check sum the next frame inherits.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Chain {
     inherited: u16,
     receive: Direction,

@@ -296,6 +296,8 @@ mod tests {
             Some(FParameterFault::IParameters),
             "a block that leaves out the sum the device needs"
         );
+        let at_limit = Demand { lowest_watchdog_ms: 100, ..DEMAND };
+        assert_eq!(plain.fault(&at_limit), None);
         let slow = Demand { lowest_watchdog_ms: 110, ..DEMAND };
         assert_eq!(plain.fault(&slow), Some(FParameterFault::DeviceSpecific));
     }

@@ -453,3 +453,17 @@ fn noise_never_reaches_the_outputs() {
         assert!(bench.is_passivated());
     }
 }
+
+/// black-channel.md 8.3: before the first accepted frame a wrong one answers
+/// with number 0, toggle 0 and nothing but its own fault.
+#[test]
+fn a_disturbed_first_frame_shows_only_its_fault() {
+    let mut bench = Bench::new();
+    assert!(!bench.device.operator_acknowledgement_requested());
+    assert_eq!(bench.device.communication_fault_code(), None);
+    let answer = bench.raw(&[1; 8]).unwrap();
+    assert_eq!(answer, pdu(0, status::CRC_FAULT | status::FV_ACTIVATED, &[0; 4]));
+    assert_eq!(bench.device.communication(), Communication::Waiting);
+    let octet = bench.same(control::ACTIVATE_FV, [0; 4]);
+    assert_eq!(octet, status::FV_ACTIVATED, "the first right frame clears it");
+}

@@ -1,6 +1,8 @@
 //! Watchdog, collision rule, number wrap, images, noise.
 
+use super::super::chain::Chain;
 use super::*;
+use crate::black_channel::ResetCode;
 
 fn in_data() -> Bench {
     let mut bench = Bench::new(2, 2, &[]);
@@ -232,4 +234,41 @@ fn the_digest_is_that_of_the_last_image() {
     bench.raw(&frame);
     let digest = crate::black_channel::frame_digest(&frame);
     assert_eq!(bench.slave.digest(), digest);
+}
+
+/// black-channel.md 3.3: a fault leaves nothing of the connection behind.
+#[test]
+fn a_fault_forgets_the_connection() {
+    let mut bench = in_data();
+    assert_eq!(bench.slave.last_reset(), None);
+    bench.raw(&[0x77; 7]);
+    assert_eq!(bench.slave.last_reset(), Some(ResetCode::UnknownCommand));
+    assert_eq!(bench.slave.chain, Chain::START);
+    assert_eq!(bench.slave.conn_id, 0);
+    assert_eq!(bench.slave.connection_data, [0; 4]);
+    assert_eq!(bench.slave.collected.watchdog_ms(), 0);
+    assert_eq!(bench.slave.watchdog_start_ns, None);
+}
+
+/// black-channel.md 2.5: what a slave remembers of an old session is of no
+/// use in a new one.
+#[test]
+fn a_recorded_session_cannot_be_replayed() {
+    let mut bench = Bench::new(2, 2, &[]);
+    let mut recorded = Vec::new();
+    bench.session(7);
+    let payloads =
+        [(command::CONNECTION, bench.conn_data.clone()), (command::PARAMETER, bench.parameters.clone())];
+    for (command, payload) in payloads {
+        for part in payload.chunks(2) {
+            let frame = bench.master.chained(CONN_ID, command, part);
+            let answer = bench.raw(&frame).unwrap();
+            bench.master.receive(&answer);
+            recorded.push(frame);
+        }
+    }
+    bench.raw(&reset_frame(2, 0));
+    bench.session(7);
+    let answer = bench.raw(&recorded[0]).unwrap();
+    bench.expect_reset(&answer, 4);
 }

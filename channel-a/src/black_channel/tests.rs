@@ -1,0 +1,78 @@
+//! Both protocols behind the one interface that the shell uses.
+
+use super::*;
+
+const F_PARAMETERS: [u8; 10] = [0x08, 0x40, 0, 1, 0, 7, 0, 0x64, 0x70, 0x22];
+
+fn fsoe() -> Slave {
+    Slave::new(&Config::Fsoe(FsoeConfig {
+        output_length: 2,
+        input_length: 2,
+        address: 5,
+        session_id: 0x0102,
+        application_parameters: &[],
+        watchdog_ms: (1, u16::MAX),
+    }))
+    .unwrap()
+}
+
+fn profisafe() -> Slave {
+    Slave::new(&Config::Profisafe(ProfisafeConfig {
+        output_length: 4,
+        input_length: 4,
+        address: 7,
+        f_parameters: &F_PARAMETERS,
+        ipar_crc: None,
+        lowest_watchdog_ms: 1,
+        device_fault: DeviceFaultReport::StatusBit,
+    }))
+    .unwrap()
+}
+
+/// Design 9: the two channels' parts of a frame make the frame, and the data
+/// part alone is refused by a partner.
+#[test]
+fn the_parts_of_both_channels_make_one_frame() {
+    let reset = [0x2A, 0, 0, 0xC4, 0x2D, 0, 0];
+    let answer = fsoe().frame(&reset, None, 0).unwrap().unwrap();
+    assert_eq!(answer.octets(), reset);
+    assert_eq!(answer.data_part().octets(), [0x2A, 0, 0, 0, 0, 0, 0]);
+    let host = [0, 0, 0, 0, 0x34, 0xAC, 0xB4, 0xB2];
+    let status = profisafe().frame(&host, None, 0).unwrap().unwrap();
+    assert_eq!(status.octets(), [0, 0, 0, 0, 0x70, 0xBC, 0x00, 0x20]);
+    for whole in [answer, status] {
+        let check = whole.check_part();
+        let merged = whole.data_part().with_check_octets_of(check.octets());
+        assert_eq!(merged.unwrap().octets(), whole.octets());
+    }
+}
+
+/// black-channel.md 3.6, 8.6.
+#[test]
+fn nothing_is_sent_before_the_first_frame() {
+    for mut slave in [fsoe(), profisafe()] {
+        assert_eq!(slave.advance(u64::MAX), None);
+        assert!(slave.outputs().iter().all(|octet| *octet == 0));
+        assert!(!slave.outputs_valid());
+        assert_eq!(slave.digest(), 0);
+    }
+}
+
+/// black-channel.md 2.1, 7.3: lengths are judged before content.
+#[test]
+fn a_frame_of_another_length_is_refused() {
+    let refused = |slave: &mut Slave, length| {
+        let frame = [0x2A; 16];
+        slave.frame(frame.get(..length).unwrap(), None, 0).err()
+    };
+    let fault = |expected, received| Some(LengthFault { expected, received });
+    assert_eq!(refused(&mut fsoe(), 8), fault(7, 8));
+    assert_eq!(refused(&mut profisafe(), 7), fault(8, 7));
+}
+
+/// Design 9: report A carries the session id.
+#[test]
+fn the_session_id_is_reported() {
+    assert_eq!(fsoe().session_id(), 0x0102);
+    assert_eq!(profisafe().session_id(), 0);
+}
