@@ -128,11 +128,14 @@ const fn power_of_x(exponent: u32) -> u32 {
     power
 }
 
-/// Product of two polynomials of degree below 16, not yet divided.
+/// Product of two polynomials of degree below 16, not yet divided. Written out,
+/// so that a constant factor leaves only the terms that it has.
 #[inline]
 fn times(field: u16, factor: u32) -> u32 {
-    let shifted = (0..16_u32).map(|bit| (u32::from(field) << bit) & (factor >> bit & 1).wrapping_neg());
-    shifted.fold(0, |sum, product| sum ^ product)
+    let term = |power: u32| (u32::from(field) << power) & (factor >> power & 1).wrapping_neg();
+    let low = term(0) ^ term(1) ^ term(2) ^ term(3) ^ term(4) ^ term(5) ^ term(6) ^ term(7);
+    let high = term(8) ^ term(9) ^ term(10) ^ term(11) ^ term(12) ^ term(13) ^ term(14) ^ term(15);
+    low ^ high
 }
 
 /// Remainder of a polynomial of degree below 31.

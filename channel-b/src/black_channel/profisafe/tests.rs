@@ -4,6 +4,7 @@ extern crate std;
 
 mod exchange;
 mod faults;
+mod host;
 
 use std::vec::Vec;
 
