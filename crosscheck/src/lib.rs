@@ -30,5 +30,6 @@ pub mod profile;
 #[cfg(test)]
 mod tests;
 
+pub use combine::DRIVE_SAFE;
 pub use limits::Limits;
 pub use monitor::Crosscheck;

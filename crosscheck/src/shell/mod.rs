@@ -1,0 +1,73 @@
+//! Everything of the process that touches the operating system.
+
+pub mod cells;
+pub mod cycle;
+pub mod ending;
+pub mod log;
+pub mod options;
+pub mod realtime;
+
+use std::fmt;
+use std::time::Duration;
+
+use crosscheck::{Crosscheck, Limits};
+use shm_schema::exchange::{Setup, Start};
+
+use options::Options;
+
+/// How long anything may take to open (docs/architecture.md).
+pub const OPEN_DEADLINE: Duration = Duration::from_secs(2);
+
+/// Why the process cannot run: what was to be opened, and what is wrong with it.
+#[derive(Debug)]
+pub struct OpenError {
+    what: String,
+    why: String,
+}
+
+impl OpenError {
+    /// `what` could not be opened because of `why`.
+    pub fn new(what: impl Into<String>, why: impl fmt::Display) -> Self {
+        Self { what: what.into(), why: why.to_string() }
+    }
+}
+
+impl fmt::Display for OpenError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}: {}", self.what, self.why)
+    }
+}
+
+/// Opens everything, then runs until the end of the set.
+///
+/// # Errors
+/// [`OpenError`] when something could not be opened within [`OPEN_DEADLINE`].
+pub fn run(options: &Options) -> Result<(), OpenError> {
+    // First, so that every thread started from here on leaves the signals to the watcher.
+    let ending = ending::watch(options.supervisor_fd)?;
+    let opened = ending::limit_opening(OPEN_DEADLINE);
+    let cores = cores(options)?;
+    let domain = cells::Domain::open(options, OPEN_DEADLINE)?;
+    let axes = domain.axes(options, cores)?;
+    opened.done();
+    realtime::prepare(options);
+    cycle::run(options, axes, &ending);
+    Ok(())
+}
+
+/// One core for each axis, from encoding A of its image.
+fn cores(options: &Options) -> Result<Vec<Crosscheck>, OpenError> {
+    options.axes.iter().map(|axis| core(options, *axis)).collect()
+}
+
+fn core(options: &Options, axis: u8) -> Result<Crosscheck, OpenError> {
+    let path = options.images.join(format!("axis-{axis:02}.a.img"));
+    let image = std::fs::read(&path).map_err(|error| OpenError::new(path.display().to_string(), error))?;
+    let limits = Limits::from_image(&image);
+    if !limits.acceptable {
+        // Not an exit: the refusal is reported as an error of the axis.
+        tracing::error!(axis, "safety image refused: this axis gets no torque");
+    }
+    let setup = Setup { cycle_ns: options.cycle_ns(), ..Setup::new(axis, options.nonce, Start::Cold) };
+    Ok(Crosscheck::new(&setup, &limits))
+}
