@@ -50,6 +50,9 @@ fn main() {
             write_bits(&mut out, word, table[word].as_array().expect("rows"));
         }
         write_parameters(&mut out, &read(parameters_of(module)));
+        if module == "amk_kw" {
+            write_thresholds(&mut out, &read("facts/rules-amk-kw.toml"));
+        }
         out.push_str("}\n");
     }
     out.push_str(PARAMETER);
@@ -101,6 +104,24 @@ fn write_parameters(out: &mut String, table: &Table) {
         .unwrap();
     }
     out.push_str("];\n");
+}
+
+/// Thresholds that the catalogue leaves open, one place each (DEC-46).
+fn write_thresholds(out: &mut String, table: &Table) {
+    out.push_str("/// Thresholds of plausibility rows that the catalogue leaves open (DEC-46).\npub mod thresholds {\n");
+    for row in table["threshold"].as_array().expect("rows") {
+        writeln!(
+            out,
+            "/// {}: {} ({}).\npub const {}: i64 = {};",
+            text(row, "unit"),
+            text(row, "reason"),
+            text(row, "source"),
+            text(row, "name"),
+            number(row, "value")
+        )
+        .unwrap();
+    }
+    out.push_str("}\n");
 }
 
 fn write_bits(out: &mut String, word: &str, rows: &[Value]) {

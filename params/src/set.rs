@@ -81,3 +81,11 @@ pub fn defaults(profile: Profile) -> BTreeMap<u32, i32> {
     let own = own.map(|definition| (definition.number | instance, definition.default as i32));
     own.chain(common.map(|definition| (definition.number, definition.default as i32))).collect()
 }
+
+/// A raw value of the image as wide as a file would write it: the pattern of a bit field has
+/// no sign.
+pub fn widen(profile: Profile, key: u32, value: i32) -> i64 {
+    let bits = definition::by_number(profile, key)
+        .is_some_and(|definition| definition.kind == definition::Kind::Bits);
+    if bits { i64::from(value as u32) } else { i64::from(value) }
+}

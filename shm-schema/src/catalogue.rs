@@ -28,3 +28,11 @@ pub const PARAMETERS_ETG_6100_2: &str = include_str!("../facts/parameters-etg-61
 pub const PARAMETERS_COMMON: &str = include_str!("../facts/parameters-common.toml");
 /// Functions and objects of the generic profile.
 pub const ETG_OBJECTS: &str = include_str!("../facts/etg-objects.toml");
+/// Plausibility rows and advice of `amk-kw`.
+pub const RULES_AMK_KW: &str = include_str!("../facts/rules-amk-kw.toml");
+/// Plausibility and advice of `lenze-sm301`.
+pub const RULES_LENZE_SM301: &str = include_str!("../facts/rules-lenze-sm301.toml");
+/// Conditions and advice of `atv340`.
+pub const RULES_ATV340: &str = include_str!("../facts/rules-atv340.toml");
+/// Control and status word of `etg-6100-2`.
+pub const WORDS_ETG_6100_2: &str = include_str!("../facts/words-etg-6100-2.toml");

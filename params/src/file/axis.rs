@@ -34,7 +34,7 @@ pub(super) fn read(reader: &mut Reader, table: &Table, number: Option<u8>) -> Op
         serial,
         values: set::defaults(profile)
             .into_iter()
-            .map(|(key, value)| (key, widen(profile, key, value)))
+            .map(|(key, value)| (key, set::widen(profile, key, value)))
             .collect(),
         named: std::collections::BTreeMap::new(),
         outside: Vec::new(),
@@ -52,13 +52,6 @@ pub(super) fn read(reader: &mut Reader, table: &Table, number: Option<u8>) -> Op
     resolution(&mut axis);
     generic::complete(reader, &mut axis);
     Some(axis)
-}
-
-/// A default as wide as a file would write it: the pattern of a bit field has no sign.
-fn widen(profile: Profile, key: u32, value: i32) -> i64 {
-    let bits = definition::by_number(profile, key)
-        .is_some_and(|definition| definition.kind == definition::Kind::Bits);
-    if bits { i64::from(value as u32) } else { i64::from(value) }
 }
 
 fn entries<'a>(

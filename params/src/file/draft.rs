@@ -1,13 +1,11 @@
 //! What was understood of a file so far, and what was not.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    ops::Range,
-};
+use std::{collections::BTreeMap, ops::Range};
 
 use shm_schema::profile::Profile;
 
 use crate::{
+    check,
     diagnostic::{Diagnostic, Position},
     set::AxisSet,
 };
@@ -44,26 +42,20 @@ impl DraftAxis {
 }
 
 impl Draft {
-    /// Everything that keeps this file from becoming an image, in the order of the file.
+    /// Everything that keeps this file from becoming an image, in the order of the file. A value
+    /// that a plausibility row of AMK refuses does not: the channels answer it with its code.
     pub(crate) fn refusals(&self) -> Vec<Diagnostic> {
         let mut all = self.diagnostics.clone();
         for axis in &self.axes {
-            let ruled = ruled(axis);
             let fits = |key: &u32| axis.values.get(key).is_some_and(|value| i32::try_from(*value).is_ok());
-            let outside = axis.outside.iter().filter(|(key, _)| !(ruled.contains(key) && fits(key)));
+            let accepted =
+                |key: &u32| axis.profile == Profile::AmkKw && fits(key) && check::ruled(axis, *key);
+            let outside = axis.outside.iter().filter(|(key, _)| !accepted(key));
             all.extend(outside.map(|(_, diagnostic)| diagnostic.clone()));
         }
         all.sort_by_key(|diagnostic| diagnostic.position);
         all
     }
-}
-
-/// Keys whose value a plausibility row refuses with a code of its own.
-fn ruled(axis: &DraftAxis) -> BTreeSet<u32> {
-    if axis.profile != Profile::AmkKw {
-        return BTreeSet::new();
-    }
-    axis.outside.iter().map(|(key, _)| *key).collect()
 }
 
 /// Collects diagnostics while a file is read.
