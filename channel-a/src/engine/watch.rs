@@ -1,0 +1,177 @@
+//! A watch: a window on one quantity, approached, held, and left only by violation or
+//! the end of its request.
+
+use super::approach::{Approach, Progress, Stage};
+use super::{Range, Sample, Side};
+
+/// What a watch looks at.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Quantity {
+    /// Speed, 1/1000 rpm.
+    #[default]
+    Speed,
+    /// Position, increments.
+    Position,
+    /// Position relative to where it was latched at activation.
+    Travel,
+    /// Position relative to where it was latched when the speed first was within this
+    /// many 1/1000 rpm after activation (DEC-30).
+    TravelFromZero(i64),
+    /// Position relative to the furthest one reached upwards (Lenze SDI, DEC-49).
+    TravelFromHighest,
+    /// Position relative to the furthest one reached downwards.
+    TravelFromLowest,
+    /// Acceleration, 1/1000 rpm/s.
+    Acceleration,
+    /// Torque, millionths of the rated torque.
+    Torque,
+}
+
+/// One instance, as the profile's table has it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Plan {
+    /// What it looks at.
+    pub quantity: Quantity,
+    /// The way into the window; for a speed watch it holds the window on the way.
+    pub approach: Approach,
+    /// The window that is held.
+    pub window: Range,
+    /// The profile's number of the function, for codes and requests.
+    pub function: u16,
+    /// Bit of the request mask; `None`: always on.
+    pub request: Option<u8>,
+    /// Bit of the status word that says "active"; `None`: none.
+    pub status: Option<u8>,
+    /// What a violation starts.
+    pub reaction: super::stop::Reaction,
+}
+
+/// Which part of a watch was violated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The ramp, or the window at the instant in which the ramp ends.
+    Ramp,
+    /// The held window.
+    Window,
+}
+
+/// A violation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Violation {
+    /// Which part.
+    pub part: Part,
+    /// Which limit.
+    pub side: Side,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+enum State {
+    #[default]
+    Idle,
+    Approaching(Progress),
+    /// With the latched position; `None`: not latched yet.
+    Holding(Option<i64>),
+    Violated,
+}
+
+/// One instance at work.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Watch {
+    /// Its row of the table.
+    pub plan: Plan,
+    state: State,
+    latch: i64,
+}
+
+impl Watch {
+    /// An instance that has not been requested yet.
+    pub fn new(plan: Plan) -> Self {
+        Self { plan, state: State::Idle, latch: 0 }
+    }
+
+    /// Forgets everything: no request, or STO (DEC-14).
+    pub fn rest(&mut self) {
+        self.state = State::Idle;
+    }
+
+    /// A violation that was acknowledged: starts again with its transition (DEC-17).
+    pub fn acknowledge(&mut self) {
+        if matches!(self.state, State::Violated) {
+            self.state = State::Idle;
+        }
+    }
+
+    /// The target state is monitored and kept.
+    pub fn active(&self) -> bool {
+        matches!(self.state, State::Holding(_))
+    }
+
+    /// Was violated and not acknowledged since.
+    pub fn violated(&self) -> bool {
+        matches!(self.state, State::Violated)
+    }
+
+    /// Requested and on its way or holding.
+    pub fn engaged(&self) -> bool {
+        matches!(self.state, State::Approaching(_) | State::Holding(_))
+    }
+
+    /// One instant under request.
+    pub fn step(&mut self, sample: &Sample) -> Option<Violation> {
+        if matches!(self.state, State::Idle) {
+            self.state = State::Approaching(Progress::begin(sample.now_ns, sample.speed));
+            self.latch = sample.position;
+        }
+        let found = match &mut self.state {
+            State::Approaching(progress) => {
+                let stage = progress.step(&self.plan.approach, sample.now_ns, sample.speed);
+                self.arrive(stage, sample)
+            }
+            State::Holding(_) => self.hold(sample, Part::Window),
+            State::Idle | State::Violated => None,
+        };
+        if found.is_some() {
+            self.state = State::Violated;
+        }
+        found
+    }
+
+    fn arrive(&mut self, stage: Stage, sample: &Sample) -> Option<Violation> {
+        match stage {
+            Stage::Under => None,
+            Stage::Violated(side) => Some(Violation { part: Part::Ramp, side }),
+            Stage::Arrived => {
+                let from_zero = matches!(self.plan.quantity, Quantity::TravelFromZero(_));
+                self.state = State::Holding((!from_zero).then_some(self.latch));
+                let ramped = self.plan.approach.slope.run_ns != 0;
+                self.hold(sample, if ramped { Part::Ramp } else { Part::Window })
+            }
+        }
+    }
+
+    fn hold(&mut self, sample: &Sample, part: Part) -> Option<Violation> {
+        let State::Holding(latch) = &mut self.state else { return None };
+        let value = value(self.plan.quantity, latch, sample)?;
+        self.plan.window.left_by(value).map(|side| Violation { part, side })
+    }
+}
+
+/// The value judged; `None` while there is nothing to judge.
+fn value(quantity: Quantity, latch: &mut Option<i64>, sample: &Sample) -> Option<i64> {
+    match quantity {
+        Quantity::Speed => return Some(sample.speed),
+        Quantity::Position => return Some(sample.position),
+        Quantity::Acceleration => return Some(sample.acceleration),
+        Quantity::Torque => return Some(sample.torque),
+        Quantity::Travel => {}
+        Quantity::TravelFromZero(zero) => {
+            let at_rest = sample.speed.saturating_abs() <= zero;
+            if latch.is_none() & at_rest {
+                *latch = Some(sample.position);
+            }
+        }
+        Quantity::TravelFromHighest => *latch = latch.map(|far| far.max(sample.position)),
+        Quantity::TravelFromLowest => *latch = latch.map(|far| far.min(sample.position)),
+    }
+    latch.map(|from| sample.position.saturating_sub(from))
+}

@@ -1,0 +1,110 @@
+//! Standing errors: latched, and acknowledged as their class allows (DEC-15).
+
+use shm_schema::error::{ErrorCode, ErrorList};
+
+/// Errors that can stand at once.
+const PLACES: usize = 24;
+
+/// What ends an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Class {
+    /// A violated limit: acknowledged once its reaction has reached its end state.
+    Limit,
+    /// A violated limit without reaction of its own: acknowledged at any time.
+    Notice,
+    /// Acknowledged once its cause is gone; torque off until then.
+    Cause,
+    /// Ends with a restart of the set; torque off until then.
+    Restart,
+    /// Ends with a valid parameter set; torque off until then.
+    Parameter,
+    /// A warning without reaction: acknowledged at any time.
+    Warning,
+    /// A warning that stands as long as its cause.
+    StandingWarning,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    code: ErrorCode,
+    class: Class,
+    fresh: bool,
+}
+
+/// Errors and warnings that stand.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Errors {
+    entries: [Option<Entry>; PLACES],
+    overflown: bool,
+    list: ErrorList,
+    stale_list: bool,
+}
+
+impl Errors {
+    /// A new step: every cause has to show itself again.
+    pub fn begin_step(&mut self) {
+        self.entries.iter_mut().flatten().for_each(|entry| entry.fresh = false);
+    }
+
+    /// `code` stands from now on, or stands still.
+    pub fn raise(&mut self, code: ErrorCode, class: Class) {
+        if let Some(entry) = self.entries.iter_mut().flatten().find(|entry| entry.code == code) {
+            entry.fresh = true;
+            return;
+        }
+        self.stale_list = true;
+        match self.entries.iter_mut().find(|entry| entry.is_none()) {
+            Some(place) => *place = Some(Entry { code, class, fresh: true }),
+            None => self.overflown = true,
+        }
+    }
+
+    /// One acknowledge edge: clears every error whose class allows it.
+    pub fn acknowledge(&mut self, settled: bool) {
+        for place in &mut self.entries {
+            let stays = place.is_some_and(|entry| match entry.class {
+                Class::Limit => !settled,
+                Class::Cause | Class::StandingWarning => entry.fresh,
+                Class::Restart | Class::Parameter => true,
+                Class::Notice | Class::Warning => false,
+            });
+            if !stays {
+                *place = None;
+            }
+        }
+        self.overflown &= self.entries.iter().any(Option::is_some);
+        self.stale_list = true;
+    }
+
+    fn any(&self, of: impl Fn(Class) -> bool) -> bool {
+        self.entries.iter().flatten().any(|entry| of(entry.class)) | self.overflown
+    }
+
+    /// An error stands that the status word shows; warnings do not (DEC-47).
+    pub fn error_bit(&self) -> bool {
+        self.any(|class| !matches!(class, Class::Warning | Class::StandingWarning))
+    }
+
+    /// An error stands that keeps a reached stop.
+    pub fn blocks(&self) -> bool {
+        self.any(|class| !matches!(class, Class::Warning | Class::StandingWarning | Class::Notice))
+    }
+
+    /// An error stands that takes the torque away by itself.
+    pub fn removes_torque(&self) -> bool {
+        self.any(|class| matches!(class, Class::Cause | Class::Restart | Class::Parameter))
+    }
+
+    /// For the report.
+    pub fn list(&mut self) -> ErrorList {
+        if self.stale_list {
+            self.stale_list = false;
+            self.list = ErrorList::default();
+            for entry in self.entries.iter().flatten() {
+                self.list.insert(entry.code);
+            }
+            self.list.more |= self.overflown;
+        }
+        self.list
+    }
+}

@@ -1,0 +1,195 @@
+//! Safe input lines: glitch filter, then time filter, sample by sample (AMK-FILT-02), and
+//! the check of their test pulses (AMKP-SE-11).
+
+/// Samples that have to agree before the glitch filter follows (AMK-FILT-03).
+const GLITCH_SAMPLES: u64 = 4;
+const GLITCH_MASK: u64 = (1 << GLITCH_SAMPLES) - 1;
+/// Tolerance of a measured test pulse period: a tenth (DEC-46).
+const PERIOD_TOLERANCE_DIVISOR: u64 = 10;
+/// Samples a pattern holds.
+const PATTERN: u64 = 64;
+
+/// Filter time of a line in samples of 62.5 µs: entries are rounded up to whole
+/// microseconds, so half a microsecond is forgiven (AMKP-SE-09).
+pub const fn filter_samples(time_us: u64) -> u64 {
+    time_us.saturating_mul(2).saturating_sub(1).div_ceil(125)
+}
+
+/// One input line.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Line {
+    filter: u64,
+    glitch_free: bool,
+    constant_for: u64,
+    level: bool,
+    history: u64,
+}
+
+impl Line {
+    /// A line that reads low until it has proven otherwise.
+    pub fn new(filter: u64) -> Self {
+        Self { filter, ..Self::default() }
+    }
+
+    /// The line has stood like this for ever.
+    pub fn settle(&mut self, level: bool) {
+        self.history = if level { u64::MAX } else { 0 };
+        self.glitch_free = level;
+        self.level = level;
+        self.constant_for = u64::MAX / 2;
+    }
+
+    /// The debounced level.
+    pub const fn level(&self) -> bool {
+        self.level
+    }
+
+    /// The newest `new` samples of `pattern` have arrived.
+    pub fn take(&mut self, pattern: u64, new: u64) {
+        if new > PATTERN {
+            // Samples were lost: the level has to prove itself again (DEC-18).
+            *self = Self::new(self.filter);
+        }
+        let new = new.min(PATTERN);
+        if self.is_quiet(pattern, new) {
+            self.constant_for = self.constant_for.saturating_add(new);
+            return;
+        }
+        for index in (0..new as u32).rev() {
+            self.sample(pattern.wrapping_shr(index) & 1 == 1);
+        }
+    }
+
+    fn is_quiet(&self, pattern: u64, new: u64) -> bool {
+        let mask = u64::MAX.checked_shr(PATTERN.saturating_sub(new) as u32).unwrap_or(0);
+        let expected = if self.level { u64::MAX } else { 0 };
+        let fresh_agree = (pattern ^ expected) & mask == 0;
+        let old_agree = (self.history ^ expected) & GLITCH_MASK == 0;
+        fresh_agree & old_agree & (self.glitch_free == self.level)
+    }
+
+    fn sample(&mut self, high: bool) {
+        self.history = (self.history << 1) | u64::from(high);
+        let last = self.history & GLITCH_MASK;
+        let settled = (last == 0) | (last == GLITCH_MASK);
+        self.constant_for = self.constant_for.saturating_add(1);
+        if settled & (self.glitch_free != high) {
+            self.glitch_free = high;
+            self.constant_for = 0;
+        }
+        if self.constant_for >= self.filter {
+            self.level = self.glitch_free;
+        }
+    }
+}
+
+/// What the test pulses of a line show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PulseFault {
+    /// None within the period (Info2 1).
+    Missing = 1,
+    /// Too soon after the one before (Info2 4).
+    TooSoon = 4,
+}
+
+/// Check of the test pulses of one line.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Pulses {
+    period: u64,
+    since: u64,
+    low: bool,
+    seen: bool,
+}
+
+impl Pulses {
+    /// Checks for one pulse in `period_ms`.
+    pub fn new(period_ms: u64) -> Self {
+        Self { period: period_ms.saturating_mul(16), ..Self::default() }
+    }
+
+    /// The newest `new` samples of `pattern` have arrived while the line's level is `high`.
+    pub fn take(&mut self, pattern: u64, new: u64, high: bool) -> Option<PulseFault> {
+        if !high {
+            *self = Self { period: self.period, ..Self::default() };
+            return None;
+        }
+        let tolerance = self.period / PERIOD_TOLERANCE_DIVISOR;
+        let mut fault = None;
+        for index in (0..new.min(PATTERN) as u32).rev() {
+            let low = pattern.wrapping_shr(index) & 1 == 0;
+            let begins = low & !self.low;
+            self.low = low;
+            self.since = self.since.saturating_add(1);
+            if begins {
+                let early = self.since < self.period.saturating_sub(tolerance);
+                if early & self.seen {
+                    fault = Some(PulseFault::TooSoon);
+                }
+                self.seen = true;
+                self.since = 0;
+            }
+        }
+        let late = self.since > self.period.saturating_add(tolerance);
+        if late { Some(PulseFault::Missing) } else { fault }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_rounded_up_to_microseconds_mean_whole_samples() {
+        // AMKP-EX-PULSE-GRID
+        assert_eq!([250, 313, 375, 438, 600].map(filter_samples), [4, 5, 6, 7, 10]);
+    }
+
+    #[test]
+    fn a_single_wrong_sample_is_ignored_and_four_equal_ones_count() {
+        // AMK-EX-GLITCH: 0 0 0 0 1 0 1 1 1 1, newest last
+        let mut line = Line::new(0);
+        line.settle(false);
+        line.take(0b00_0010_1111, 10);
+        assert!(line.level());
+        line.settle(false);
+        line.take(0b00_0010_1110 >> 1, 9);
+        assert!(!line.level());
+    }
+
+    #[test]
+    fn the_level_follows_after_glitch_and_filter_time() {
+        // AMK-FILT-04, AMK-TIME-02: 0.25 ms + 1 ms
+        let mut line = Line::new(filter_samples(1_000));
+        line.settle(true);
+        let mut samples = 0;
+        while line.level() {
+            line.take(0, 1);
+            samples += 1;
+        }
+        assert_eq!(samples, 4 + 16);
+    }
+
+    #[test]
+    fn lost_samples_read_as_low() {
+        let mut line = Line::new(4);
+        line.settle(true);
+        line.take(u64::MAX, 65);
+        assert!(line.level(), "64 sound samples prove the level again");
+        line.take(0, 65);
+        assert!(!line.level());
+    }
+
+    #[test]
+    fn test_pulses_have_to_come_once_in_a_period() {
+        // AMKP-SE-11
+        let mut pulses = Pulses::new(50);
+        let mut fault = None;
+        for _ in 0..56 {
+            fault = fault.or(pulses.take(u64::MAX, 16, true));
+        }
+        assert_eq!(fault, Some(PulseFault::Missing));
+        let mut pulses = Pulses::new(50);
+        assert_eq!(pulses.take(0xFFF7, 16, true), None);
+        assert_eq!(pulses.take(0xFFF7, 16, true), Some(PulseFault::TooSoon));
+    }
+}

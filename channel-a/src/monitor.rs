@@ -1,0 +1,518 @@
+//! One axis: what a step does, in which order.
+
+use shm_schema::agreement::PathTest;
+use shm_schema::command::{Command, CommandSource};
+use shm_schema::encoder::Encoder;
+use shm_schema::exchange::{Inputs, Outputs, Setup, Start};
+use shm_schema::inhibit::Inhibit;
+use shm_schema::io::Io;
+use shm_schema::report::{Phase, Report, Stop};
+use shm_schema::wire::{DIGEST_START, digest, join};
+use shm_schema::word::Word;
+
+use crate::clock::Measured;
+use crate::encoder::Evaluation;
+use crate::engine::Sample;
+use crate::engine::stop::{Active, Reaction, STOPS};
+use crate::errors::{Class, Errors};
+use crate::fresh::{Fresh, Missed};
+use crate::image::{Image, Refusal};
+use crate::partner::{Findings, Own, Partner};
+use crate::path::{Follow, Path, PathFault};
+use crate::profile::{self, Fault, Outside, Program, Requests, State};
+
+/// Identity of this program for the release manifest (DEC-22).
+pub const BUILD: u32 = digest(digest(DIGEST_START, "channel-a "), env!("CARGO_PKG_VERSION"));
+
+/// Signature of a step that went through all its stages (DEC-22).
+#[derive(Debug, Clone, Copy)]
+struct Flow(u32);
+
+impl Flow {
+    fn pass(&mut self, stage: u32) {
+        self.0 = join(self.0, stage);
+    }
+}
+
+/// Channel A's monitor of one axis.
+#[derive(Debug, Clone)]
+pub struct Monitor {
+    setup: Setup,
+    program: Program,
+    phase: Phase,
+    errors: Errors,
+    encoder: Evaluation,
+    encoder_cell: Fresh<Encoder>,
+    io_cell: Fresh<Io>,
+    command_cell: Fresh<Command>,
+    partner: Partner,
+    path: Path,
+    own_follow: Follow,
+    partner_follow: Follow,
+    readback_missed: Missed,
+    producer_stamps: Measured,
+    producer_count: Measured,
+    sample: Sample,
+    now_ns: u64,
+    driving: bool,
+    stepped: bool,
+    paired_since_ns: Option<u64>,
+}
+
+impl Monitor {
+    /// A monitor of what `image` (encoding A) asks for. A refused image gives a monitor
+    /// that holds the reasons and never permits torque.
+    pub fn new(image: &[u8], setup: &Setup) -> Self {
+        let mut errors = Errors::default();
+        let parsed = Image::parse(image)
+            .and_then(|image| if image.axis == setup.axis { Ok(image) } else { Err(Refusal::Unfit) });
+        let program = match &parsed {
+            Ok(image) => {
+                profile::rules(image, &mut |code| errors.raise(code, Class::Parameter));
+                Program::build(image)
+            }
+            Err(refusal) => {
+                errors.raise(profile::refusal_code(*refusal), Class::Parameter);
+                Program::refused()
+            }
+        };
+        let phase = match setup.start {
+            _ if errors.removes_torque() => Phase::Refused,
+            Start::Cold => Phase::Boot,
+            Start::Settled => Phase::Operational,
+        };
+        Self {
+            setup: *setup,
+            phase,
+            errors,
+            encoder: Evaluation::new(program.encoder),
+            encoder_cell: Fresh::new(),
+            io_cell: Fresh::new(),
+            command_cell: Fresh::new(),
+            partner: Partner::new(program.tolerance, program.signature, setup.partner_build),
+            path: Path::new(setup.cycle_ns),
+            own_follow: Follow::default(),
+            partner_follow: Follow::default(),
+            readback_missed: Missed::default(),
+            producer_stamps: Measured::default(),
+            producer_count: Measured::default(),
+            sample: Sample::default(),
+            now_ns: 0,
+            driving: false,
+            stepped: false,
+            paired_since_ns: None,
+            program,
+        }
+    }
+
+    fn stale_ns(&self) -> u64 {
+        self.setup.cycle_ns.saturating_mul(u64::from(self.setup.stale_cycles.max(1)))
+    }
+
+    fn settles_now(&self) -> bool {
+        let settled = self.setup.start == Start::Settled;
+        settled & !self.stepped
+    }
+
+    fn raise(&mut self, fault: Fault) {
+        let (code, class) = self.program.rules.fault_code(fault);
+        self.errors.raise(code, class);
+    }
+
+    /// One cycle.
+    pub fn step(&mut self, inputs: &Inputs, now_ns: u64) -> Outputs {
+        let mut flow = Flow(DIGEST_START);
+        self.now_ns = now_ns;
+        self.errors.begin_step();
+        let moving = self.measure(inputs, now_ns);
+        flow.pass(1);
+        let found = self.compare(inputs, now_ns);
+        flow.pass(2);
+        self.supervise(inputs, now_ns);
+        flow.pass(3);
+        let mut requests = self.request(inputs, now_ns);
+        flow.pass(4);
+        self.acknowledge(&requests);
+        self.start_up(&requests, found.permits(), moving, now_ns);
+        flow.pass(5);
+        self.functions(&mut requests, moving);
+        flow.pass(6);
+        let outputs = self.conclude(inputs, &requests, &found, flow);
+        self.stepped = true;
+        outputs
+    }
+
+    /// Position and speed of this instant; `false` while there is none to believe.
+    fn measure(&mut self, inputs: &Inputs, now_ns: u64) -> bool {
+        self.encoder_cell.take(&inputs.encoder);
+        let stale_ns = self.stale_ns();
+        let current = self.encoder_cell.current(now_ns, stale_ns, self.setup.cycle_ns).copied();
+        let judged = !matches!(self.phase, Phase::Boot | Phase::Refused);
+        let Some(cell) = current else {
+            self.producer_stamps.restart();
+            self.producer_count.restart();
+            self.sample.now_ns = now_ns;
+            if judged & !self.settles_now() {
+                self.raise(Fault::EncoderStale);
+            }
+            return false;
+        };
+        self.watch_producer(&cell, now_ns);
+        let elapsed_ns = now_ns.saturating_sub(self.sample.now_ns);
+        let before = self.sample;
+        let (position, speed, acceleration, sound) = match inputs.motion {
+            Some(motion) => (motion.position, i64::from(motion.speed_mrpm), motion.acceleration_mrpm_s, true),
+            None => {
+                let sound = self.evaluate(&cell, judged);
+                let reading = self.encoder.reading();
+                (reading.position, reading.speed, None, sound & self.encoder.is_primed())
+            }
+        };
+        let derived = speed.saturating_sub(before.speed).saturating_mul(1_000_000_000);
+        let derived = derived.checked_div(elapsed_ns.min(i64::MAX as u64) as i64).unwrap_or(0);
+        let derived = if self.stepped { derived } else { 0 };
+        self.sample = Sample {
+            now_ns,
+            position,
+            speed,
+            acceleration: acceleration.unwrap_or(derived),
+            torque: i64::from(cell.payload.torque_ppm),
+        };
+        sound
+    }
+
+    fn evaluate(&mut self, cell: &shm_schema::exchange::Sampled<Encoder>, judged: bool) -> bool {
+        if !self.encoder_cell.advanced {
+            return true;
+        }
+        match self.encoder.take(cell) {
+            Ok(_) => true,
+            Err(fault) => {
+                if judged {
+                    self.raise(Fault::Encoder(fault));
+                }
+                false
+            }
+        }
+    }
+
+    /// DEC-26: the producer's stamps and its sample count against the own clock.
+    fn watch_producer(&mut self, cell: &shm_schema::exchange::Sampled<Encoder>, now_ns: u64) {
+        if !self.encoder_cell.advanced {
+            return;
+        }
+        let by_stamp = self.producer_stamps.step(now_ns, cell.timestamp_ns);
+        let counted = cell.sequence.saturating_mul(u64::from(cell.payload.period_ns));
+        let stated = cell.payload.period_ns != 0;
+        let by_count = !stated || self.producer_count.step(now_ns, counted);
+        let right = by_stamp & by_count;
+        if !right & (self.phase == Phase::Operational) {
+            self.raise(Fault::Clock);
+        }
+    }
+
+    /// Image, overruns, both paths.
+    fn supervise(&mut self, inputs: &Inputs, now_ns: u64) {
+        if !inputs.image_sound {
+            self.raise(Fault::Image);
+        }
+        if inputs.overruns >= self.setup.overruns_max.max(1) {
+            self.raise(Fault::Overrun);
+        }
+        let readback = inputs.readback.as_ref().ok();
+        let missed = self.readback_missed.step(readback.map(|cell| cell.sequence));
+        let readback = readback.map(|cell| cell.payload);
+        self.path.look_back(readback.as_ref(), now_ns);
+        let blind = missed & self.driving;
+        let own_reads = if blind { Some(false) } else { readback.map(|cell| cell.path_a) };
+        if self.settles_now() {
+            return;
+        }
+        if let Some(fault) = self.own_follow.step(self.driving, own_reads) {
+            self.raise(Fault::OwnPath(fault));
+        }
+        let partner_reads = readback.map(|cell| cell.path_b);
+        if let Some(fault) = self.partner_follow.step(self.partner.driving, partner_reads) {
+            // A partner that has died no longer says that it stopped driving.
+            if fault == PathFault::StuckOn || self.phase == Phase::Operational {
+                self.raise(Fault::PartnerPath(fault));
+            }
+        }
+        if self.path.dormant(now_ns) {
+            self.raise(Fault::Dormant);
+        }
+    }
+
+    /// Partner and agreement.
+    fn compare(&mut self, inputs: &Inputs, now_ns: u64) -> Findings {
+        self.partner.published(inputs.published);
+        if self.settles_now() {
+            return Findings::default();
+        }
+        let mut found = self.partner.compare(&inputs.partner, now_ns);
+        found.lost |= self.partner.agree(&inputs.agreement);
+        if found.lost {
+            self.partner.driving = false;
+        }
+        if self.phase != Phase::Operational {
+            return found;
+        }
+        let named = [
+            (found.lost, Fault::PartnerLost),
+            (found.position, Fault::Position),
+            (found.speed, Fault::Speed),
+            (found.identity, Fault::Identity),
+            (found.clock, Fault::Clock),
+        ];
+        for (is, fault) in named {
+            if is {
+                self.raise(fault);
+            }
+        }
+        let errors = &mut self.errors;
+        self.program.rules.difference_codes(&found, &mut |code, class| errors.raise(code, class));
+        found
+    }
+
+    /// Commands and inputs, stale ones read as nothing (DEC-18).
+    fn request(&mut self, inputs: &Inputs, now_ns: u64) -> Requests {
+        let (stale_ns, cycle_ns) = (self.stale_ns(), self.setup.cycle_ns);
+        self.io_cell.take(&inputs.io);
+        self.command_cell.take(&inputs.command);
+        let command = self.command_cell.current(now_ns, stale_ns, cycle_ns).map(|cell| &cell.payload);
+        let plain = command.filter(|command| command.source == CommandSource::Plain);
+        let outside = Outside {
+            now_ns,
+            word: plain.map(|command| command.word),
+            clear: plain.is_some_and(|command| command.clear_error),
+            drive_n0: command.is_some_and(|command| command.drive_n0),
+            drive_enabled: command.is_some_and(|command| command.drive_enabled),
+            io: self.io_cell.current(now_ns, stale_ns, cycle_ns).map(|cell| &cell.payload),
+            settle: self.settles_now(),
+            sample: self.sample,
+            operational: self.phase == Phase::Operational,
+        };
+        let requests = self.program.rules.requests(&outside, &self.program.stops);
+        for (code, class) in requests.faults.into_iter().flatten() {
+            self.errors.raise(code, class);
+        }
+        requests
+    }
+
+    /// DEC-15: after all causes of this step have shown themselves.
+    fn acknowledge(&mut self, requests: &Requests) {
+        if !requests.acknowledge {
+            return;
+        }
+        let settled = self.program.stops.is_settled();
+        self.errors.acknowledge(settled);
+        if settled {
+            self.program.watches.iter_mut().for_each(crate::engine::watch::Watch::acknowledge);
+        }
+    }
+
+    /// DEC-19.
+    fn start_up(&mut self, requests: &Requests, agrees: bool, moving: bool, now_ns: u64) {
+        let exchange = self.exchange();
+        let echoed = self.partner.echoed(exchange, self.setup.boot_nonce);
+        let whole = agrees & echoed & moving & !self.partner.error();
+        if !whole {
+            self.paired_since_ns = None;
+        }
+        let since = *self.paired_since_ns.get_or_insert(now_ns);
+        let lasted = whole & (now_ns.saturating_sub(since) >= self.program.tolerance.time_ns);
+        let asked = requests.acknowledge | requests.demand.restart;
+        let stop_asked = requests.demand.sto | (requests.demand.stops != 0);
+        let released = asked & !stop_asked & !self.errors.blocks();
+        self.phase = match self.phase {
+            Phase::Boot if moving => Phase::Pairing,
+            Phase::Pairing if lasted => Phase::SelfTest,
+            Phase::SelfTest | Phase::AwaitAcknowledge if !whole => Phase::Pairing,
+            Phase::SelfTest if self.partner.path_test() == PathTest::Passed => Phase::AwaitAcknowledge,
+            Phase::AwaitAcknowledge if released => Phase::Operational,
+            phase => phase,
+        };
+    }
+
+    fn exchange(&self) -> u64 {
+        self.encoder_cell.last().map_or(0, |cell| cell.sequence)
+    }
+
+    /// Stop functions, then watches, then what their violations start.
+    fn functions(&mut self, requests: &mut Requests, moving: bool) {
+        let sample = self.sample;
+        let stopped = self.errors.removes_torque() | self.partner.error();
+        let idle = self.phase != Phase::Operational;
+        let blind = !moving & !self.settles_now();
+        let demand = &mut requests.demand;
+        let mut forced = *demand;
+        forced.sto |= stopped | idle | blind;
+        forced.blocked = self.errors.blocks();
+        let stops = &mut self.program.stops;
+        stops.command(&forced, &sample);
+        let broken = stops.advance(&sample);
+        let mut monitored = !stops.is_sto();
+        for violation in broken.into_iter().flatten() {
+            let (code, class) = self.program.rules.stop_code(violation);
+            self.errors.raise(code, class);
+            monitored = true;
+        }
+        self.stand_still(moving);
+        self.watch(requests.watches, monitored, &sample);
+    }
+
+    fn watch(&mut self, asked: u64, monitored: bool, sample: &Sample) {
+        let mut reactions = [None; STOPS + 1];
+        let used = self.program.used;
+        for watch in self.program.watches.iter_mut().take(used) {
+            let requested = watch.plan.request.is_none_or(|bit| asked.wrapping_shr(u32::from(bit)) & 1 == 1);
+            if !(monitored & requested) {
+                watch.rest();
+                continue;
+            }
+            if let Some(violation) = watch.step(sample) {
+                let (code, class) = self.program.rules.watch_code(&watch.plan, violation);
+                self.errors.raise(code, class);
+                if let Some(place) = reactions.get_mut(place_of(watch.plan.reaction)) {
+                    *place = Some(watch.plan.reaction);
+                }
+            }
+        }
+        let before = self.program.stops.active();
+        for reaction in reactions.into_iter().flatten() {
+            self.program.stops.react(reaction, sample);
+        }
+        if self.program.stops.active() != before {
+            self.advance_once_more(sample);
+        }
+    }
+
+    /// A stop that begins in this instant is in force in it (DEC-02).
+    fn advance_once_more(&mut self, sample: &Sample) {
+        for violation in self.program.stops.advance(sample).into_iter().flatten() {
+            let (code, class) = self.program.rules.stop_code(violation);
+            self.errors.raise(code, class);
+        }
+    }
+
+    fn stand_still(&mut self, moving: bool) {
+        let sample = self.sample;
+        let notice = self
+            .program
+            .sem
+            .as_mut()
+            .filter(|_| moving)
+            .and_then(|sem| sem.step(sample.position, sample.now_ns));
+        let Some(notice) = notice else { return };
+        let (code, class, reaction) = profile::sem_code(notice);
+        self.errors.raise(code, class);
+        let before = self.program.stops.active();
+        self.program.stops.react(reaction, &sample);
+        if self.program.stops.active() != before {
+            self.advance_once_more(&sample);
+        }
+    }
+
+    fn conclude(
+        &mut self,
+        inputs: &Inputs,
+        requests: &Requests,
+        found: &Findings,
+        mut flow: Flow,
+    ) -> Outputs {
+        let operational = self.phase == Phase::Operational;
+        let sto = self.program.stops.is_sto() | !operational;
+        let ready = operational & !sto & !self.errors.removes_torque();
+        let exchange = self.exchange();
+        let accepted = self.partner.echoed(exchange, self.setup.boot_nonce) & found.permits();
+        let permitted = (accepted & self.partner.permitted()) | self.settles_now();
+        let raised = (self.phase == Phase::SelfTest) & (self.partner.path_test() == PathTest::RaiseA);
+        let tested = raised & accepted & !self.errors.removes_torque();
+        let driving = (ready & permitted) | tested;
+        let test_pulse = self.path.refresh(driving, exchange);
+        self.driving = driving;
+        flow.pass(7);
+        let report = self.report(inputs, requests, exchange, (sto, ready, driving, test_pulse), flow);
+        self.partner.keep(Own {
+            exchange,
+            status: report.status,
+            requested: report.requested,
+            inputs: report.inputs,
+            acknowledgements: report.acknowledgements,
+            position: report.position,
+            speed: i64::from(report.speed_mrpm),
+        });
+        Outputs { report, inhibit: Inhibit { permit: driving, edges: self.path.edges() } }
+    }
+
+    fn report(
+        &mut self,
+        inputs: &Inputs,
+        requests: &Requests,
+        exchange: u64,
+        (sto, ready, driving, test_pulse): (bool, bool, bool, bool),
+        flow: Flow,
+    ) -> Report {
+        let used = self.program.used;
+        let state = State {
+            watches: self.program.watches.get(..used).unwrap_or(&[]),
+            stops: &self.program.stops,
+            error: self.errors.error_bit(),
+            ready: matches!(self.phase, Phase::AwaitAcknowledge | Phase::Operational),
+            sto,
+            requests,
+            sample: &self.sample,
+        };
+        let status: Word = self.program.rules.status(&state);
+        let drive = self.program.rules.drive(&state);
+        Report {
+            exchange,
+            partner_exchange: self.partner.exchange,
+            time_ns: self.now_ns,
+            parameter_signature: self.program.signature,
+            build: BUILD,
+            flow: flow.0,
+            phase: self.phase,
+            ready,
+            driving,
+            test_pulse,
+            stop: stop_of(&self.program, sto),
+            overruns: inputs.overruns,
+            status,
+            requested: requests.requested,
+            inputs: requests.inputs,
+            acknowledgements: requests.acknowledgements,
+            position: self.sample.position,
+            speed_mrpm: self.sample.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
+            drive,
+            session_id: 0,
+            frame_digest: 0,
+            errors: self.errors.list(),
+        }
+    }
+}
+
+/// One place per reaction: STO first, then the stops in the order of the table.
+fn place_of(reaction: Reaction) -> usize {
+    match reaction {
+        Reaction::Sto => 0,
+        Reaction::Stop(place) => usize::from(place).saturating_add(1),
+        Reaction::None => usize::MAX,
+    }
+}
+
+fn stop_of(program: &Program, sto: bool) -> Stop {
+    use crate::engine::stop::End;
+    if sto {
+        return Stop::Sto;
+    }
+    match program.stops.active() {
+        Active::Sto => Stop::Sto,
+        Active::None => Stop::None,
+        Active::Standing(..) => Stop::Sos,
+        Active::Braking(place, _) => match program.stops.plan(place).map(|plan| plan.end) {
+            Some(End::Sos) => Stop::Ss2,
+            _ => Stop::Ss1,
+        },
+    }
+}

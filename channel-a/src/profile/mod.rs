@@ -1,0 +1,294 @@
+//! Profiles: each turns the raw parameters into a table of function instances, names
+//! what goes wrong, reads its control word and builds its status word (DEC-27).
+
+mod amk;
+mod amk_rules;
+mod sem;
+
+use shm_schema::drive::DriveRequest;
+use shm_schema::error::ErrorCode;
+use shm_schema::io::Io;
+use shm_schema::profile::{Profile, common};
+use shm_schema::word::Word;
+
+use crate::encoder::{Fault as EncoderFault, Selection};
+use crate::engine::Sample;
+use crate::engine::stop::{self, Demand, Stops};
+use crate::engine::watch::{Plan, Violation, Watch};
+use crate::errors::Class;
+use crate::image::{Image, Refusal};
+use crate::partner::{Findings, Tolerance};
+use crate::path::PathFault;
+
+pub use sem::Sem;
+
+/// Instances one axis can have.
+pub const WATCHES: usize = 48;
+
+/// What a step knows of the outside, already judged: stale is `None`.
+#[derive(Debug, Clone, Copy)]
+pub struct Outside<'a> {
+    /// Own clock, ns.
+    pub now_ns: u64,
+    /// Control word; `None`: no valid command.
+    pub word: Option<Word>,
+    /// Non-safe clear command.
+    pub clear: bool,
+    /// The drive's own "speed is zero".
+    pub drive_n0: bool,
+    /// The drive's power stage is enabled.
+    pub drive_enabled: bool,
+    /// Safe inputs.
+    pub io: Option<&'a Io>,
+    /// These inputs have stood for ever.
+    pub settle: bool,
+    /// Motion, as the functions see it.
+    pub sample: Sample,
+    /// The phase is Operational.
+    pub operational: bool,
+}
+
+/// What a profile made of it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Requests {
+    /// For the stop functions.
+    pub demand: Demand,
+    /// Bit n: request n of the watches.
+    pub watches: u64,
+    /// For the report, 1 = requested.
+    pub requested: Word,
+    /// Debounced levels.
+    pub inputs: u32,
+    /// Acknowledge levels.
+    pub acknowledgements: u32,
+    /// An edge that acknowledges errors.
+    pub acknowledge: bool,
+    /// Faults of the inputs.
+    pub faults: [Option<(ErrorCode, Class)>; 4],
+}
+
+/// What the status word is built from.
+#[derive(Debug, Clone, Copy)]
+pub struct State<'a> {
+    /// Instances.
+    pub watches: &'a [Watch],
+    /// Stop functions.
+    pub stops: &'a Stops,
+    /// An error stands.
+    pub error: bool,
+    /// Start-up has passed the self-test.
+    pub ready: bool,
+    /// Torque is off, whatever the reason.
+    pub sto: bool,
+    /// What was requested.
+    pub requests: &'a Requests,
+    /// Motion.
+    pub sample: &'a Sample,
+}
+
+/// General faults that every profile names in its own way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// The encoder's signals.
+    Encoder(EncoderFault),
+    /// No believable sample for too long.
+    EncoderStale,
+    /// No report or agreement for three cycles.
+    PartnerLost,
+    /// Position of the channels differs.
+    Position,
+    /// Speed of the channels differs.
+    Speed,
+    /// Signature, build or program flow of the partner.
+    Identity,
+    /// A clock runs wrong.
+    Clock,
+    /// Channel A's path.
+    OwnPath(PathFault),
+    /// Channel B's path.
+    PartnerPath(PathFault),
+    /// No test of the path for an hour.
+    Dormant,
+    /// The image no longer passes its check.
+    Image,
+    /// Too many cycle overruns in a row.
+    Overrun,
+}
+
+/// The built program of one axis.
+#[derive(Debug, Clone)]
+pub struct Program {
+    /// Content signature of the image.
+    pub signature: u32,
+    /// Instances in use come first.
+    pub watches: [Watch; WATCHES],
+    /// How many are in use.
+    pub used: usize,
+    /// Stop functions.
+    pub stops: Stops,
+    /// What the partner may differ by.
+    pub tolerance: Tolerance,
+    /// The encoder.
+    pub encoder: Selection,
+    /// Supervision of standstill, where the profile has it.
+    pub sem: Option<Sem>,
+    /// The profile's own part.
+    pub rules: Rules,
+}
+
+/// The own part of each profile.
+#[derive(Debug, Clone)]
+pub enum Rules {
+    /// Nothing: refused.
+    Refused,
+    /// AMK KW.
+    Amk(amk::Amk),
+}
+
+impl Program {
+    /// A program that permits nothing.
+    pub fn refused() -> Self {
+        Self {
+            signature: 0,
+            watches: [Watch::default(); WATCHES],
+            used: 0,
+            stops: Stops::default(),
+            tolerance: Tolerance::default(),
+            encoder: Selection { kind: None, slot: 1, periods: 1 },
+            sem: None,
+            rules: Rules::Refused,
+        }
+    }
+
+    /// Builds the program of `image`.
+    pub fn build(image: &Image) -> Self {
+        let mut program = Self::refused();
+        program.signature = image.signature;
+        match image.profile {
+            Profile::AmkKw => amk::build(image, &mut program),
+            _ => {}
+        }
+        program
+    }
+
+    /// Adds one instance; one too many would be silent, so it refuses everything.
+    pub fn add(&mut self, plan: Plan) {
+        match self.watches.get_mut(self.used) {
+            Some(place) => {
+                *place = Watch::new(plan);
+                self.used = self.used.saturating_add(1);
+            }
+            None => self.rules = Rules::Refused,
+        }
+    }
+
+    /// Tolerance and encoder from `[common]` (DEC-50).
+    pub fn take_common(&mut self, image: &Image) {
+        self.tolerance = Tolerance {
+            position: image.value(common::POSITION_DIFFERENCE),
+            speed: image.value(common::SPEED_DIFFERENCE).saturating_mul(1_000),
+            time_ns: tolerance_ns(image.value(common::CC_FACTOR)),
+        };
+        self.encoder = Selection {
+            kind: None,
+            slot: image.value(common::ENCODER_A) as u8,
+            periods: image.value(common::PERIODS_PER_REVOLUTION),
+        };
+    }
+}
+
+/// DEC-20: (factor + 1) * 15 ms.
+pub const fn tolerance_ns(factor: i64) -> u64 {
+    (factor.saturating_add(1) as u64).saturating_mul(15_000_000)
+}
+
+impl Rules {
+    /// Requests of this step.
+    pub fn requests(&mut self, outside: &Outside, stops: &Stops) -> Requests {
+        let _ = stops;
+        match self {
+            Self::Refused => {
+                Requests { demand: Demand { sto: true, ..Demand::default() }, ..Requests::default() }
+            }
+            Self::Amk(amk) => amk.requests(outside),
+        }
+    }
+
+    /// Status word, without the agreement's influence.
+    pub fn status(&self, state: &State) -> Word {
+        match self {
+            Self::Refused => Word::ZERO,
+            Self::Amk(amk) => amk.status(state),
+        }
+    }
+
+    /// What is asked of the drive.
+    pub fn drive(&self, state: &State) -> DriveRequest {
+        match self {
+            Self::Refused => DriveRequest::default(),
+            Self::Amk(amk) => amk.drive(state),
+        }
+    }
+
+    /// Code and class of a violated watch.
+    pub fn watch_code(&self, plan: &Plan, violation: Violation) -> (ErrorCode, Class) {
+        match self {
+            Self::Refused => (ErrorCode::default(), Class::Restart),
+            Self::Amk(_) => amk::watch_code(plan, violation),
+        }
+    }
+
+    /// Code and class of a stop that was violated.
+    pub fn stop_code(&self, violation: stop::Violation) -> (ErrorCode, Class) {
+        match self {
+            Self::Refused => (ErrorCode::default(), Class::Restart),
+            Self::Amk(_) => amk::stop_code(violation),
+        }
+    }
+
+    /// Code and class of a general fault.
+    pub fn fault_code(&self, fault: Fault) -> (ErrorCode, Class) {
+        match self {
+            Self::Refused => (ErrorCode::default(), Class::Restart),
+            Self::Amk(amk) => amk.fault_code(fault),
+        }
+    }
+
+    /// Codes for what differed from the partner for too long (DEC-45).
+    pub fn difference_codes(&self, found: &Findings, raise: &mut dyn FnMut(ErrorCode, Class)) {
+        match self {
+            Self::Refused => {}
+            Self::Amk(_) => amk::difference_codes(found, raise),
+        }
+    }
+}
+
+/// Every plausibility rule this channel is responsible for, broken by `image`. An image
+/// that cannot be read breaks one rule.
+pub fn findings(image: &[u8], report: &mut dyn FnMut(ErrorCode)) {
+    match Image::parse(image) {
+        Ok(image) => rules(&image, report),
+        Err(refusal) => report(refusal_code(refusal)),
+    }
+}
+
+/// 3609/128: the current set is invalid; Info3 55: check at start, channel 1.
+pub const fn refusal_code(refusal: Refusal) -> ErrorCode {
+    ErrorCode::amk(3609, 128, refusal as u32, 55)
+}
+
+/// The rules of the image's profile.
+pub fn rules(image: &Image, report: &mut dyn FnMut(ErrorCode)) {
+    match image.profile {
+        Profile::AmkKw => amk_rules::findings(image, report),
+        _ => report(refusal_code(Refusal::Unfit)),
+    }
+}
+
+/// Code, class and reaction of SEM; only AMK has it.
+pub const fn sem_code(notice: sem::Notice) -> (ErrorCode, Class, stop::Reaction) {
+    match notice {
+        sem::Notice::Warning => (amk::SEM_WARNING, Class::Warning, stop::Reaction::None),
+        sem::Notice::Error => (amk::SEM_ERROR, Class::Limit, amk::SEM_REACTION),
+    }
+}

@@ -1,0 +1,231 @@
+//! An axis on the bench: a partner that agrees, a crosscheck that permits, 1 ms cycles.
+
+use std::vec::Vec;
+
+use shm_schema::agreement::{Agreement, Echo, PathTest};
+use shm_schema::command::{Command, CommandSource};
+use shm_schema::encoder::Encoder;
+use shm_schema::error::ErrorCode;
+use shm_schema::exchange::{CellFault, Inputs, Motion, Outputs, Published, Sampled, Setup, Start};
+use shm_schema::image::{MAGIC, VERSION};
+use shm_schema::inhibit::Readback;
+use shm_schema::io::Io;
+use shm_schema::profile::Profile;
+use shm_schema::report::Report;
+use shm_schema::word::Word;
+
+use crate::{Monitor, crc32};
+
+const MILLISECOND: u64 = 1_000_000;
+
+/// A sealed image of axis 1.
+pub fn image(profile: Profile, entries: &[(u32, i64)]) -> Vec<u8> {
+    let mut entries: Vec<(u32, i64)> = entries.to_vec();
+    entries.sort_unstable();
+    let octets = |words: &[u32]| -> Vec<u8> { words.iter().flat_map(|word| word.to_le_bytes()).collect() };
+    let pairs: Vec<u32> = entries.iter().flat_map(|(key, value)| [*key, *value as u32]).collect();
+    let keys = entries.iter().map(|(key, _)| *key);
+    let template: Vec<u32> = [u32::from(VERSION), profile as u32].into_iter().chain(keys).collect();
+    let content: Vec<u32> = core::iter::once(profile as u32).chain(pairs.iter().copied()).collect();
+    let content = crc32(&octets(&content));
+    let mut device = Vec::from(content.to_le_bytes());
+    device.extend_from_slice(&[0; 24]);
+    let kind = u32::from(VERSION) << 16 | (profile as u32) << 8 | 1;
+    let mut words =
+        Vec::from([MAGIC, kind, entries.len() as u32, crc32(&octets(&template)), content, crc32(&device), 1]);
+    words.extend_from_slice(&[0; 6]);
+    words.extend_from_slice(&pairs);
+    let mut all = octets(&words);
+    all.extend_from_slice(&crc32(&all).to_le_bytes());
+    all
+}
+
+/// One axis under test.
+pub struct Bench {
+    pub monitor: Monitor,
+    /// Number of the cycle that runs next; its time is as many milliseconds.
+    pub k: u64,
+    pub word: u32,
+    pub clear: bool,
+    pub rpm: f64,
+    pub position: i64,
+    pub travel: bool,
+    pub lines: [bool; 4],
+    pub partner: Option<Report>,
+    pub partner_changes: fn(&mut Report),
+    pub partner_alive: bool,
+    pub agreement_alive: bool,
+    pub encoder_alive: bool,
+    pub command_alive: bool,
+    pub agreement: Agreement,
+    pub readback: Readback,
+    pub torque_ppm: i32,
+    pub drive_n0: bool,
+    pub acceleration: Option<i64>,
+    pub ais: u64,
+    pub aie: u64,
+    turned: f64,
+    encoder_sequence: u64,
+    last: Option<Outputs>,
+    history: [Option<Report>; 2],
+}
+
+impl Bench {
+    pub fn new(profile: Profile, entries: &[(u32, i64)], start: Start) -> Self {
+        let setup = Setup::new(1, 9, start);
+        Self {
+            monitor: Monitor::new(&image(profile, entries), &setup),
+            k: 0,
+            word: profile.neutral_word(),
+            clear: false,
+            rpm: 0.0,
+            position: 0,
+            travel: true,
+            lines: [true; 4],
+            partner: None,
+            partner_changes: |_| {},
+            partner_alive: true,
+            agreement_alive: true,
+            encoder_alive: true,
+            command_alive: true,
+            agreement: Agreement { permit: true, path_test: PathTest::None, ..Agreement::default() },
+            readback: Readback::default(),
+            torque_ppm: 0,
+            drive_n0: false,
+            acceleration: None,
+            ais: 0,
+            aie: 0,
+            turned: 0.0,
+            encoder_sequence: 0,
+            last: None,
+            history: [None; 2],
+        }
+    }
+
+    pub fn amk(entries: &[(u32, i64)]) -> Self {
+        Self::new(Profile::AmkKw, entries, Start::Settled)
+    }
+
+    fn inputs(&mut self) -> Inputs {
+        let now_ns = self.k * MILLISECOND;
+        if self.encoder_alive {
+            self.encoder_sequence = self.k + 1;
+        }
+        fn cell<T>(sequence: u64, payload: T) -> Sampled<T> {
+            Sampled { sequence, timestamp_ns: (sequence - 1) * MILLISECOND, crc32: 0, payload }
+        }
+        let encoder =
+            Encoder { torque_ppm: self.torque_ppm, period_ns: MILLISECOND as u32, ..Encoder::default() };
+        let pattern = |high: bool| if high { u64::MAX } else { 0 };
+        let lines = self.lines.map(pattern);
+        let io = Io {
+            samples: 16 * (self.k + 1),
+            line_1: lines,
+            line_2: lines,
+            ais: self.ais,
+            aie: self.aie,
+            ..Io::default()
+        };
+        let command = Command {
+            source: CommandSource::Plain,
+            clear_error: self.clear,
+            drive_n0: self.drive_n0,
+            drive_enabled: true,
+            word: Word::from_u32(self.word),
+            ..Command::default()
+        };
+        let own = self.last.map(|outputs| outputs.report);
+        let partner = own.map(|mut report| {
+            (self.partner_changes)(&mut report);
+            report
+        });
+        if self.partner_alive {
+            self.partner = partner;
+        }
+        let published =
+            own.map(|report| Published { exchange: report.exchange, crc32: report.exchange as u32 ^ 5 });
+        if self.agreement_alive {
+            if let Some(published) = published {
+                self.agreement.echo_a =
+                    Echo { exchange: published.exchange, boot_nonce: 9, crc32: published.crc32 };
+                self.agreement.exchange = published.exchange;
+            }
+        }
+        Inputs {
+            encoder: Ok(cell(self.encoder_sequence.max(1), encoder)),
+            motion: Some(Motion {
+                position: self.position,
+                speed_mrpm: (self.rpm * 1_000.0).round() as i32,
+                acceleration_mrpm_s: self.acceleration,
+            }),
+            io: Ok(cell(self.k + 1, io)),
+            command: if self.command_alive { Ok(cell(self.k + 1, command)) } else { Err(CellFault::Missing) },
+            partner: self.partner.map(|report| cell(report.exchange + 1, report)).ok_or(CellFault::Missing),
+            agreement: Ok(cell(self.agreement.exchange + 1, self.agreement)),
+            readback: Ok(cell(self.k + 1, self.readback)),
+            published,
+            overruns: 0,
+            image_sound: true,
+        }
+    }
+
+    /// One cycle.
+    pub fn step(&mut self) -> Outputs {
+        if self.travel && self.k > 0 {
+            self.turned += self.rpm / 60_000.0 * 65_536.0;
+            self.position = self.turned.round() as i64;
+        }
+        let inputs = self.inputs();
+        let outputs = self.monitor.step(&inputs, self.k * MILLISECOND);
+        self.k += 1;
+        let paths = outputs.inhibit.permit;
+        self.readback = Readback { path_a: paths, path_b: paths, edges_a: outputs.inhibit.edges, edges_b: 0 };
+        self.history = [Some(outputs.report), self.history[0]];
+        self.last = Some(outputs);
+        outputs
+    }
+
+    /// Cycles up to and including the one at `t_ms`; its result.
+    pub fn until(&mut self, t_ms: u64) -> Report {
+        let mut report = None;
+        while self.k <= t_ms {
+            report = Some(self.step().report);
+        }
+        report.expect("time only goes forward")
+    }
+
+    /// Runs with a speed for each cycle up to `t_ms`.
+    pub fn ride(&mut self, t_ms: u64, rpm: impl Fn(f64) -> f64) -> Report {
+        let mut report = None;
+        while self.k <= t_ms {
+            self.rpm = rpm(self.k as f64);
+            report = Some(self.step().report);
+        }
+        report.expect("time only goes forward")
+    }
+
+    /// First cycle up to `t_ms` in which `found` holds.
+    pub fn first(
+        &mut self,
+        t_ms: u64,
+        rpm: impl Fn(f64) -> f64,
+        found: impl Fn(&Report) -> bool,
+    ) -> Option<u64> {
+        while self.k <= t_ms {
+            self.rpm = rpm(self.k as f64);
+            let at = self.k;
+            if found(&self.step().report) {
+                return Some(at);
+            }
+        }
+        None
+    }
+}
+
+pub fn codes(report: &Report) -> Vec<(u32, u32, u32, u32)> {
+    report.errors.iter().map(|code| (code.code, code.info1, code.info2, code.info3)).collect()
+}
+
+pub fn has(report: &Report, code: ErrorCode) -> bool {
+    report.errors.contains(code)
+}

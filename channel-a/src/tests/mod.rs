@@ -1,0 +1,5 @@
+//! The monitor as a whole, in virtual time, against the catalogues.
+
+mod amk_functions;
+mod amk_life;
+mod bench;
