@@ -124,9 +124,13 @@ pub(super) fn judge(state: State, command: Command, evidence: Evidence) -> Verdi
         (_, Command::Reset) => checked([(e.is_origin, InvalidCheckSum)], Verdict::Acknowledge),
 
         (State::Session, Command::Session) => judge_further_session(e),
-        // Mark M outside state Reset: restart rather than refuse, outputs are
-        // fail-safe either way. A Session frame that begins no chain is refused.
-        (_, Command::Session) => checked([(e.is_origin, InvalidCheckSum)], Verdict::StartSession),
+        (State::Reset, Command::Session) => checked([(e.is_origin, InvalidCheckSum)], Verdict::StartSession),
+        // Mark M: a fresh frame restarts rather than being refused, outputs are
+        // fail-safe either way. Only a fresh one is a command of these states, and
+        // the command is judged before the check sum (decision on 3.4).
+        (State::Connection | State::Parameter | State::Data, Command::Session) => {
+            checked([(e.is_origin, InvalidCommand)], Verdict::StartSession)
+        }
 
         (State::Session, Command::Connection) => checked(
             [
@@ -166,8 +170,9 @@ fn judge_further_session(e: Evidence) -> Verdict {
     match (e.is_complete, e.is_chained, e.is_origin) {
         (false, true, _) => Verdict::ContinueSession,
         (_, _, true) => Verdict::StartSession,
-        (true, true, false) => Verdict::Refuse(InvalidCommand),
-        (_, false, false) => Verdict::Refuse(InvalidCheckSum),
+        // Completeness is judged before the check sum (decision on 3.4).
+        (true, _, false) => Verdict::Refuse(InvalidCommand),
+        (false, false, false) => Verdict::Refuse(InvalidCheckSum),
     }
 }
 

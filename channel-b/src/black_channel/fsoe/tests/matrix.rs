@@ -29,12 +29,35 @@ const MATRIX: [(Place, [Cell; 8]); 8] = [
     (Place::Reset, [R(0), Same(Session), R(1), R(1), R(1), R(1), R(2), Silent]),
     (Place::SessionPart, [R(0), Same(Session), R(1), R(1), R(1), R(1), R(2), R(2)]),
     (Place::Session, [R(0), R(1), Same(Connection), R(1), R(1), R(1), R(2), R(2)]),
-    (Place::ConnectionPart, [R(0), R(4), Same(Connection), R(1), R(1), R(1), R(2), R(2)]),
-    (Place::Connection, [R(0), R(4), R(1), Same(Parameter), R(1), R(1), R(2), R(2)]),
-    (Place::ParameterPart, [R(0), R(4), R(1), Same(Parameter), R(1), R(1), R(2), R(2)]),
-    (Place::Parameter, [R(0), R(4), R(1), R(1), FailSafe, FailSafe, R(2), R(2)]),
-    (Place::Data, [R(0), R(4), R(1), R(1), FailSafe, FailSafe, R(2), R(2)]),
+    (Place::ConnectionPart, [R(0), R(1), Same(Connection), R(1), R(1), R(1), R(2), R(2)]),
+    (Place::Connection, [R(0), R(1), R(1), Same(Parameter), R(1), R(1), R(2), R(2)]),
+    (Place::ParameterPart, [R(0), R(1), R(1), Same(Parameter), R(1), R(1), R(2), R(2)]),
+    (Place::Parameter, [R(0), R(1), R(1), R(1), FailSafe, FailSafe, R(2), R(2)]),
+    (Place::Data, [R(0), R(1), R(1), R(1), FailSafe, FailSafe, R(2), R(2)]),
 ];
+
+/// Decision on black-channel 3.4: command and completeness before check sum.
+#[test]
+fn a_session_frame_that_is_not_fresh_is_an_invalid_command_once_the_ids_are_complete() {
+    for place in Place::ALL {
+        let expected = match place {
+            Place::Reset | Place::SessionPart => 4,
+            _ => 1,
+        };
+        let (slave, master) = brought_to(&config(1, 1), place);
+        let second = Link { number: 2, ..Link::ORIGIN };
+        let inheriting = Link { inherited: 0x1234, ..Link::ORIGIN };
+        let identified = Link { connection_id: 0x1234, ..Link::ORIGIN };
+        let spoilt_fresh = spoilt(master.frame(0x4E, Link::ORIGIN, &[0x77]));
+        let chains = [second, inheriting, identified].map(|link| master.frame(0x4E, link, &[0x77]));
+        for frame in chains.into_iter().chain([spoilt_fresh]) {
+            let mut slave = slave.clone();
+            let answer = receive(&mut slave, &frame, 0, None);
+            assert!(is_reset_with(&answer, expected), "{place:?}: {answer:02X?}");
+            assert_eq!((slave.state(), slave.outputs()), (State::Reset, &[0][..]));
+        }
+    }
+}
 
 /// The payload that the hand-shake would send next with `command`.
 fn payload(master: &Master, command: u8, place: Place) -> Vec<u8> {
@@ -121,8 +144,6 @@ fn a_wrong_check_sum_is_found_after_all_other_faults() {
                 Silent => continue,
                 R(0) if is_reset_in_reset => 0,
                 R(0) | Same(_) | FailSafe => 4,
-                // Neither chained nor fresh: not the extra frame of the matrix.
-                R(1) if (place, command) == (Place::Session, 0x4E) => 4,
                 R(code) => code,
             };
             assert!(is_reset_with(&answer, expected), "{place:?} {command:02X} {answer:02X?}");
@@ -251,10 +272,10 @@ fn a_missing_or_additional_parameter_frame_is_an_invalid_command() {
 fn reset_and_session_frames_with_a_connection_id_are_refused() {
     let (mut slave, master) = brought_to(&config(1, 1), Place::Data);
     let link = Link { connection_id: 0x1234, ..Link::ORIGIN };
-    for command in [0x2A, 0x4E] {
+    for (command, code) in [(0x2A, 4), (0x4E, 1)] {
         let mut slave = slave.clone();
         let frame = master.frame(command, link, &[0]);
-        assert!(is_reset_with(&receive(&mut slave, &frame, 0, None), 4));
+        assert!(is_reset_with(&receive(&mut slave, &frame, 0, None), code));
     }
     let frame = master.frame(0x2A, Link::ORIGIN, &[0]);
     assert!(is_reset_with(&receive(&mut slave, &frame, 0, None), 0));
