@@ -21,7 +21,7 @@ pub(super) struct Memory {
     pub(super) has_check_fault: bool,
     /// WD_timeout.
     pub(super) has_timed_out: bool,
-    /// activate_FV as last taken over.
+    /// activate_FV as last taken over, which happens on edges only.
     pub(super) host_wants_fail_safe: bool,
     /// Device_Fault.
     pub(super) has_device_fault: bool,
@@ -60,12 +60,15 @@ impl Memory {
     /// and what it is if it passes.
     ///
     /// An edge is a new toggle or a new reset request: after a refused telegram
-    /// the host toggles back, so that the toggle alone would show none.
+    /// the host toggles back, so that the toggle alone would show none. The first
+    /// telegram is an edge whatever its toggle, because the first accepted one
+    /// starts the exchange and the timer (black-channel 8.1).
     pub(super) fn candidate(&self, control: Control) -> (u32, Reception) {
         let toggles = control.toggle() != self.toggle;
         let asks_reset = control.resets_number() && !self.number_was_reset;
-        let begins_anew = control.resets_number() || !self.is_started;
-        let number = match (toggles || asks_reset, begins_anew) {
+        let is_first = !self.is_started;
+        let begins_anew = control.resets_number() || is_first;
+        let number = match (toggles || asks_reset || is_first, begins_anew) {
             (false, _) => return (self.number, Reception::Repeated),
             (true, true) => 0,
             (true, false) => successor(self.number),

@@ -213,9 +213,9 @@ impl Device {
         let memory = memory.after(reception, telegram.control, now_ns);
         self.outputs = MirroredOctets::zeros();
         let is_corrupt = reception == Reception::Corrupt;
-        // A wish for fail-safe values changes the status only with the next
-        // number, but the values of that very telegram are not used.
-        if !(is_corrupt || telegram.control.activates_fail_safe_values()) {
+        // activate_FV counts as taken over on the last edge; a telegram without
+        // one brings data only (black-channel 8.3), and the timer goes on.
+        if !(is_corrupt || memory.host_wants_fail_safe) {
             self.outputs.store(telegram.data.iter().copied());
         }
         self.memory = Mirrored::new(memory);

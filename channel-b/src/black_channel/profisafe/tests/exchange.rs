@@ -94,14 +94,29 @@ fn number_0_keeps_fail_safe_values_even_if_the_host_releases_them() {
     assert_eq!(device.outputs(), [0; 4]);
 }
 
+/// Black-channel 8.1: the first accepted telegram starts exchange and timer.
 #[test]
-fn a_first_telegram_without_edge_starts_nothing() {
+fn the_first_right_telegram_is_an_edge_with_number_0_without_toggle_too() {
     let mut device = device();
     let answer = receive(&mut device, &telegram(0, FAIL_SAFE, &[]), 0);
     expect(&answer, 0, FAIL_SAFE, &[]);
-    assert!(advance(&mut device, 100_000).is_empty());
-    let answer = receive(&mut device, &telegram(0, TOGGLE | FAIL_SAFE, &[]), 100_000);
-    expect(&answer, 0, TOGGLE | FAIL_SAFE, &[]);
+    assert!(advance(&mut device, 99).is_empty());
+    let mut late = device.clone();
+    expect(&advance(&mut late, 100), 0, TIMED_OUT | FAIL_SAFE, &[]);
+    let answer = receive(&mut device, &telegram(1, TOGGLE, &OUTPUTS), 99);
+    expect(&answer, 1, TOGGLE, &INPUTS);
+    assert_eq!(device.outputs(), OUTPUTS);
+}
+
+/// Only the very first one: afterwards an edge needs toggle or reset request.
+#[test]
+fn a_second_telegram_without_toggle_is_no_edge() {
+    let mut device = device();
+    receive(&mut device, &telegram(0, FAIL_SAFE, &[]), 0);
+    let answer = receive(&mut device, &telegram(0, 0, &OUTPUTS), 60);
+    expect(&answer, 0, FAIL_SAFE, &[]);
+    assert_eq!(device.outputs(), [0; 4]);
+    assert!(!advance(&mut device, 100).is_empty(), "the timer goes on from the first");
 }
 
 /// Black-channel 7.5: data may change under one number, the timer goes on.
@@ -115,11 +130,29 @@ fn without_edge_only_the_data_are_accepted() {
     expect(&advance(&mut device, 100), 3, TIMED_OUT | FAIL_SAFE, &[]);
 }
 
+/// Black-channel 8.3: activate_FV is taken over with a new number only; the
+/// watchdog bounds how long that can take.
 #[test]
-fn fail_safe_values_wished_without_edge_take_the_data_away_at_once() {
+fn fail_safe_values_wished_without_edge_wait_for_the_next_number() {
     let mut device = exchanging(3);
-    let answer = receive(&mut device, &telegram(3, toggle(3) | FAIL_SAFE, &OUTPUTS), 0);
+    let answer = receive(&mut device, &telegram(3, toggle(3) | FAIL_SAFE, &[9, 8, 7, 6]), 60);
     expect(&answer, 3, 0, &INPUTS);
+    assert_eq!(device.outputs(), [9, 8, 7, 6]);
+    let mut silent = device.clone();
+    expect(&advance(&mut silent, 100), 3, TIMED_OUT | FAIL_SAFE, &[]);
+    assert_eq!(silent.outputs(), [0; 4]);
+    let answer = receive(&mut device, &telegram(4, toggle(4) | FAIL_SAFE, &OUTPUTS), 60);
+    expect(&answer, 4, toggle(4) | FAIL_SAFE, &[]);
+    assert_eq!(device.outputs(), [0; 4]);
+}
+
+/// Black-channel 8.3, the other way round: no release without a new number.
+#[test]
+fn fail_safe_values_released_without_edge_stay_until_the_next_number() {
+    let mut device = exchanging(3);
+    receive(&mut device, &telegram(4, toggle(4) | FAIL_SAFE, &OUTPUTS), 0);
+    let answer = receive(&mut device, &telegram(4, toggle(4), &OUTPUTS), 0);
+    expect(&answer, 4, toggle(4) | FAIL_SAFE, &[]);
     assert_eq!(device.outputs(), [0; 4]);
 }
 

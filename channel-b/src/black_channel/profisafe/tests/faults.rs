@@ -19,6 +19,23 @@ fn a_wrong_check_sum_passivates_until_the_host_resets_the_number() {
     expect(&answer, 0, FAIL_SAFE | NUMBER_RESET | toggle(5), &[]);
 }
 
+/// Black-channel 8.3: CE_CRC and FV under the old number, which is 0, toggle and
+/// timer as they were; the first right telegram clears it.
+#[test]
+fn a_wrong_check_sum_before_the_start_is_answered_with_number_0() {
+    let disturbed = [0, 0, 0, 0, TOGGLE | FAIL_SAFE, 1, 2, 3];
+    for first in [FAIL_SAFE, TOGGLE | FAIL_SAFE] {
+        let mut device = device();
+        let answer = receive(&mut device, &disturbed, 0);
+        expect(&answer, 0, CHECK_FAULT | FAIL_SAFE, &[]);
+        // The check sum is that of 9.3 for the same octets under number 0.
+        assert_eq!(answer, [0, 0, 0, 0, 0x14, 0x46, 0x79, 0x6D]);
+        assert!(advance(&mut device, 100_000).is_empty(), "the timer does not run");
+        let answer = receive(&mut device, &telegram(0, first, &[]), 100_000);
+        expect(&answer, 0, first, &[]);
+    }
+}
+
 /// The toggle alone would show no edge after a refused telegram.
 #[test]
 fn a_reset_request_is_an_edge_without_toggle() {
