@@ -11,10 +11,11 @@
 //! - [`exact`], [`approach`], [`filter`]: the primitives
 //! - [`script`]: short scripts for tests
 //! - [`pair`]: two channels and crosscheck: agreement, comparison, combination
-//! - [`amk`]: one channel of each profile
+//! - [`amk`], [`etg`]: one channel of each profile
 
 pub mod amk;
 pub mod approach;
+pub mod etg;
 pub mod exact;
 pub mod filter;
 pub mod pair;
@@ -158,6 +159,7 @@ impl Model {
         let channel = |which| -> Box<dyn Channel> {
             match profile {
                 Profile::AmkKw => Box::new(amk::Amk::new(parameters, which)),
+                Profile::Etg61002 => Box::new(etg::Etg::new(parameters)),
                 other => panic!("no model of {}", other.name()),
             }
         };

@@ -16,11 +16,13 @@ pub struct Rules {
     /// Status bits combined by OR: errors and moving bits (DEC-25).
     pub combined_by_or: Word,
     /// The status bit that shows STO.
-    pub sto_bit: Option<u8>,
+    pub sto_bit: u8,
     /// The status bit that shows errors.
-    pub error_bit: Option<u8>,
+    pub error_bit: u8,
     /// Status bits that are 0 in STO (DEC-14).
     pub cleared_in_sto: Word,
+    /// Status bits that show a stop, which is an item of its own.
+    pub stop_bits: &'static [u8],
     /// Code of a lasting difference, by the stop one channel is alone in.
     pub code: fn(StopState) -> [u32; 4],
 }
@@ -31,33 +33,119 @@ pub fn word_of(bits: &[u8]) -> Word {
 }
 
 /// DEC-45: 2, 3, 4 one channel alone in STO, SS1, SS2; 8 any other item.
-fn amk_code(alone_in: StopState) -> [u32; 4] {
-    let info2 = match alone_in {
+fn info2(alone_in: StopState) -> u32 {
+    match alone_in {
         StopState::Sto => 2,
         StopState::Ss1 => 3,
         StopState::Ss2 => 4,
         _ => 8,
-    };
-    [3606, 13, info2, 0]
+    }
 }
+
+fn amk_code(alone_in: StopState) -> [u32; 4] {
+    [3606, 13, info2(alone_in), 0]
+}
+
+/// ETG-ERR-03 leaves codes to the maker.
+fn etg_code(alone_in: StopState) -> [u32; 4] {
+    [0xFF00 + info2(alone_in), 0, 0, 0]
+}
+
+/// "Internal error, STO active", the nearest of the catalogue.
+fn lenze_code(_: StopState) -> [u32; 4] {
+    [1, 0, 0, 0]
+}
+
+/// SME0D4, the nearest of the catalogue.
+fn atv_code(_: StopState) -> [u32; 4] {
+    [0x0D4, 0, 0, 0]
+}
+
+/// One row for each profile: bits by OR, STO bit, error bit, bits cleared in STO, codes.
+struct Row(&'static [u8], u8, u8, &'static [u8], fn(StopState) -> [u32; 4]);
+
+fn row_of(profile: Profile) -> Row {
+    use shm_schema::facts::{amk_kw, atv340, etg_6100_2, lenze_sm301};
+    match profile {
+        // AMK-FSOE-10: what monitors or brakes.
+        Profile::AmkKw => {
+            use amk_kw::status as s;
+            Row(&[s::ERROR], s::STO, s::ERROR, &[3, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 26, 27], amk_code)
+        }
+        // DEC-41: SDI bits say "moving"; SSM, SCA, brake and moving bits go on (DEC-14).
+        Profile::Etg61002 => {
+            use etg_6100_2::status as s;
+            let monitors = &[3, 4, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 24, 25, 26, 27, 28, 29, 30, 31];
+            let by_or = &[s::ERROR, s::SDIP, s::SDIN, s::RESTART_ACKNOWLEDGE_REQUEST];
+            Row(by_or, s::STO, s::ERROR, monitors, etg_code)
+        }
+        Profile::LenzeSm301 => {
+            use lenze_sm301::status as s;
+            Row(&[s::ERROR_ACTIVE], s::STO_ACTIVE, s::ERROR_ACTIVE, LENZE_MONITORS, lenze_code)
+        }
+        Profile::Atv340 => {
+            use atv340::status as s;
+            let monitors = &[s::SS1, s::SLS, s::SMS, s::SMS_THRESHOLD_2];
+            Row(&[s::SAFETY_ERROR, s::RESTART_REQUIRED], s::STO, s::SAFETY_ERROR, monitors, atv_code)
+        }
+        Profile::None => panic!("no model without a profile"),
+    }
+}
+
+/// Bits of STO, SS1 and SS2 in the status word.
+fn stop_bits_of(profile: Profile) -> &'static [u8] {
+    use shm_schema::facts::{amk_kw, atv340, lenze_sm301};
+    match profile {
+        Profile::AmkKw => &[amk_kw::status::STO, amk_kw::status::SS1_ACTIVE, amk_kw::status::SS2_ACTIVE],
+        Profile::LenzeSm301 => {
+            use lenze_sm301::status as s;
+            &[s::STO_ACTIVE, s::SS1_ACTIVE, s::SS2_ACTIVE]
+        }
+        Profile::Atv340 => &[atv340::status::STO, atv340::status::SS1],
+        _ => &[0],
+    }
+}
+
+/// DEC-42: what is active or monitored.
+const LENZE_MONITORS: &[u8] = {
+    use shm_schema::facts::lenze_sm301::status as s;
+    &[
+        s::SS1_ACTIVE,
+        s::SS2_ACTIVE,
+        s::SLS1_ACTIVE,
+        s::SLS2_ACTIVE,
+        s::SLS3_ACTIVE,
+        s::SLS4_ACTIVE,
+        s::SDIPOS_ACTIVE,
+        s::SDINEG_ACTIVE,
+        s::SLI_ACTIVE,
+        s::SOS_MONITORED,
+        s::SLS1_MONITORED,
+        s::SLS2_MONITORED,
+        s::SLS3_MONITORED,
+        s::SLS4_MONITORED,
+        s::SDIPOS_MONITORED,
+        s::SDINEG_MONITORED,
+    ]
+};
 
 impl Rules {
     /// The rules of a profile.
+    ///
+    /// # Panics
+    /// On [`Profile::None`].
     pub fn of(profile: Profile, parameters: &BTreeMap<u32, i32>) -> Self {
         let factor_key = if profile == Profile::AmkKw { 105 } else { common::CC_FACTOR };
         let factor = i64::from(parameters.get(&factor_key).copied().unwrap_or(7));
-        let (or_bits, sto_bit, error_bit, cleared): (&[u8], _, _, Vec<u8>) = match profile {
-            // AMK-FSOE-10: everything that monitors, bits 3 to 6 and 8 to 14.
-            Profile::AmkKw => (&[7], Some(0), Some(7), vec![3, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14]),
-            _ => (&[], None, None, vec![]),
-        };
+        let Row(by_or, sto_bit, error_bit, cleared, code) = row_of(profile);
         Self {
             tcc: (factor + 1) * 15,
-            combined_by_or: word_of(or_bits),
+            combined_by_or: word_of(by_or),
             sto_bit,
             error_bit,
-            cleared_in_sto: word_of(&cleared),
-            code: amk_code,
+            cleared_in_sto: word_of(cleared),
+            stop_bits: stop_bits_of(profile),
+            code,
         }
     }
 }
@@ -69,7 +157,21 @@ enum Item {
     Requested(u8),
     Input(u8),
     Acknowledge(u8),
+    /// One channel alone in a stop, whatever its status word shows of it.
+    Stop(u8),
     ErrorPresence,
+}
+
+impl Item {
+    /// Which stop an item is about; DEC-45 gives it a number of its own.
+    fn alone_in(self) -> StopState {
+        match self {
+            Self::Stop(0) => StopState::Sto,
+            Self::Stop(1) => StopState::Ss1,
+            Self::Stop(_) => StopState::Ss2,
+            _ => StopState::None,
+        }
+    }
 }
 
 /// What crosscheck published in the cycle before.
@@ -149,7 +251,7 @@ impl Pair {
 
     /// DEC-21: continuous inequality of the same item for the fault tolerance time.
     fn compare(&mut self, a: &ChannelView, b: &ChannelView) {
-        let different = differences(a, b);
+        let different = differences(a, b, self.rules.stop_bits);
         self.different_since.retain(|item, _| different.contains(item));
         for item in different {
             self.different_since.entry(item).or_insert(self.cycle);
@@ -159,22 +261,12 @@ impl Pair {
     }
 
     fn lasting_differences(&self, a: &ChannelView, b: &ChannelView) -> BTreeSet<[u32; 4]> {
-        let different = differences(a, b);
+        let different = differences(a, b, self.rules.stop_bits);
         self.different_since
             .iter()
             .filter(|(item, since)| different.contains(item) && self.cycle - **since >= self.rules.tcc)
-            .map(|(item, _)| (self.rules.code)(self.alone_in(*item)))
+            .map(|(item, _)| (self.rules.code)(item.alone_in()))
             .collect()
-    }
-
-    /// Which stop a differing status bit is about.
-    fn alone_in(&self, item: Item) -> StopState {
-        match item {
-            Item::Status(bit) if Some(bit) == self.rules.sto_bit => StopState::Sto,
-            Item::Status(26) => StopState::Ss1,
-            Item::Status(27) => StopState::Ss2,
-            _ => StopState::None,
-        }
     }
 
     /// DEC-25: active bits by AND, error and moving bits by OR; STO and error while an
@@ -191,7 +283,7 @@ impl Pair {
             }
         }
         if own_error {
-            for bit in [self.rules.sto_bit, self.rules.error_bit].into_iter().flatten() {
+            for bit in [self.rules.sto_bit, self.rules.error_bit] {
                 status = status.with(bit, true);
             }
         }
@@ -211,9 +303,16 @@ fn view(channel: ChannelView, driving: bool) -> View {
     View { status: channel.status, torque: driving, path: driving, errors }
 }
 
-fn differences(a: &ChannelView, b: &ChannelView) -> BTreeSet<Item> {
+fn differences(a: &ChannelView, b: &ChannelView, stop_bits: &[u8]) -> BTreeSet<Item> {
     let mut items = BTreeSet::new();
-    items.extend(differing_bits(&a.status, &b.status).map(Item::Status));
+    for (number, stop) in [StopState::Sto, StopState::Ss1, StopState::Ss2].into_iter().enumerate() {
+        if (a.stop == stop) != (b.stop == stop) {
+            items.insert(Item::Stop(number as u8));
+        }
+    }
+    let stop_bits = word_of(stop_bits);
+    let others = differing_bits(&a.status, &b.status).filter(|bit| !stop_bits.bit(*bit));
+    items.extend(others.map(Item::Status));
     items.extend(differing_bits(&a.requested, &b.requested).map(Item::Requested));
     items.extend(differing_bits(&Word::from_u32(a.inputs), &Word::from_u32(b.inputs)).map(Item::Input));
     let acknowledge = (Word::from_u32(a.acknowledge), Word::from_u32(b.acknowledge));
