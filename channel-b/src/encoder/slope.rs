@@ -1,0 +1,64 @@
+//! The slope of a least-squares line through the last few samples.
+
+/// Samples the line goes through. Fewer would let the resolver's resolution show, more
+/// would delay the speed.
+const SAMPLES: usize = 4;
+
+/// The last samples, newest first.
+#[derive(Debug, Clone, Copy)]
+pub struct Slope {
+    positions: [f64; SAMPLES],
+    times: [u64; SAMPLES],
+    count: usize,
+    step: f64,
+}
+
+impl Slope {
+    /// No sample.
+    pub const fn new() -> Self {
+        Self { positions: [0.0; SAMPLES], times: [0; SAMPLES], count: 0, step: 0.0 }
+    }
+
+    /// The line goes through as many samples as it shall.
+    pub const fn is_full(&self) -> bool {
+        self.count >= SAMPLES
+    }
+
+    /// Movement expected until the next sample.
+    pub const fn step(&self) -> f64 {
+        self.step
+    }
+
+    /// Adds a sample; slope of the line, position for each ns. 0 with a single sample.
+    pub fn add(&mut self, position: f64, time_ns: u64) -> f64 {
+        self.positions.copy_within(0..SAMPLES - 1, 1);
+        self.times.copy_within(0..SAMPLES - 1, 1);
+        if let (Some(newest), Some(time)) = (self.positions.first_mut(), self.times.first_mut()) {
+            *newest = position;
+            *time = time_ns;
+        }
+        self.count = self.count.saturating_add(1).min(SAMPLES);
+        let slope = self.fit(position, time_ns);
+        let [newest, before, ..] = self.times;
+        self.step = slope * newest.saturating_sub(before) as f64;
+        slope
+    }
+
+    /// Least squares about the newest sample, which keeps the numbers small.
+    fn fit(&self, position: f64, time_ns: u64) -> f64 {
+        let samples = || self.positions.iter().zip(&self.times).take(self.count);
+        let share = 1.0 / self.count as f64;
+        let (mut mean_time, mut mean_place) = (0.0, 0.0);
+        for (place, time) in samples() {
+            mean_time -= time_ns.saturating_sub(*time) as f64 * share;
+            mean_place += (place - position) * share;
+        }
+        let (mut product, mut square) = (0.0, 0.0);
+        for (place, time) in samples() {
+            let distance = -(time_ns.saturating_sub(*time) as f64) - mean_time;
+            product += distance * (place - position - mean_place);
+            square += distance * distance;
+        }
+        if square > 0.0 { product / square } else { 0.0 }
+    }
+}

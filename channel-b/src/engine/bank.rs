@@ -1,0 +1,152 @@
+//! All monitoring functions of one axis: a table of specs beside a table of records.
+
+use shm_schema::word::Word;
+
+use super::Motion;
+use super::record::{Breach, Phase, Record, is_inside};
+use super::spec::{NO_BIT, Spec};
+
+/// Most monitoring functions of one axis.
+pub const MONITORS_MAX: usize = 96;
+
+/// The monitoring functions a profile built from its parameters.
+#[derive(Debug, Clone, Copy)]
+pub struct Bank {
+    slots: [Slot; MONITORS_MAX],
+    count: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Slot {
+    spec: Spec,
+    state: State,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum State {
+    Idle,
+    Active(Record),
+    /// Violated; waits for the acknowledgement of its error.
+    Tripped,
+}
+
+impl Bank {
+    /// No function.
+    pub const fn new() -> Self {
+        Self { slots: [Slot { spec: Spec::IDLE, state: State::Idle }; MONITORS_MAX], count: 0 }
+    }
+
+    /// Adds a function; `false` when the bank is full.
+    pub fn add(&mut self, spec: Spec) -> bool {
+        let Some(slot) = self.slots.get_mut(self.count) else {
+            return false;
+        };
+        *slot = Slot { spec, state: State::Idle };
+        self.count = self.count.saturating_add(1);
+        true
+    }
+
+    /// The functions in use.
+    pub fn specs(&self) -> impl Iterator<Item = &Spec> {
+        self.slots.iter().take(self.count).map(|slot| &slot.spec)
+    }
+
+    /// Judges every function that is requested, in place order. `found` is told the place
+    /// and spec of each that was violated in this cycle. In STO nothing is monitored and
+    /// every function starts anew when STO is left (DEC-14).
+    pub fn step(
+        &mut self,
+        requested: &Word,
+        in_sto: bool,
+        now: u64,
+        motion: &Motion,
+        found: &mut dyn FnMut(u8, &Spec, Breach, Phase),
+    ) {
+        for (place, slot) in (0..).zip(self.slots.iter_mut().take(self.count)) {
+            if let Some((breach, phase)) = slot.step(requested, in_sto, now, motion) {
+                found(place, &slot.spec, breach, phase);
+            }
+        }
+    }
+
+    /// The error of the function in `place` was acknowledged: it may start again (DEC-17).
+    pub fn release(&mut self, place: u8) {
+        if let Some(slot) = self.slots.get_mut(usize::from(place)) {
+            if matches!(slot.state, State::Tripped) {
+                slot.state = State::Idle;
+            }
+        }
+    }
+
+    /// Enters the status bit of every function that stands in its window.
+    pub fn show(&self, status: Word, motion: &Motion) -> Word {
+        self.slots.iter().take(self.count).fold(status, |word, slot| slot.show(word, motion))
+    }
+
+    /// Whether the function with status bit `bit` stands in its window.
+    pub fn stands(&self, bit: u8) -> bool {
+        let mut slots = self.slots.iter().take(self.count);
+        slots.any(|slot| (slot.spec.status == bit) & slot.stands())
+    }
+}
+
+impl Default for Bank {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Slot {
+    #[inline]
+    fn step(&mut self, requested: &Word, in_sto: bool, now: u64, motion: &Motion) -> Option<(Breach, Phase)> {
+        if matches!(self.state, State::Tripped) {
+            return None;
+        }
+        let is_requested = (self.spec.control == NO_BIT) || requested.bit(self.spec.control);
+        let is_off = !is_requested | (in_sto & !self.spec.in_sto);
+        if is_off {
+            self.state = State::Idle;
+            return None;
+        }
+        self.judge(now, motion)
+    }
+
+    #[inline]
+    fn judge(&mut self, now: u64, motion: &Motion) -> Option<(Breach, Phase)> {
+        if let State::Idle = self.state {
+            self.state = State::Active(Record::begin(now, motion));
+        }
+        let State::Active(record) = &mut self.state else {
+            return None;
+        };
+        if self.spec.bit_only {
+            return None;
+        }
+        let verdict = record.judge(&self.spec, now, motion);
+        if verdict.breach.is_some() {
+            self.state = State::Tripped;
+        } else {
+            record.note(&self.spec, &verdict, now, motion);
+        }
+        verdict.breach.map(|breach| (breach, verdict.phase))
+    }
+
+    fn stands(&self) -> bool {
+        match &self.state {
+            State::Active(record) => record.has_landed(),
+            State::Idle | State::Tripped => false,
+        }
+    }
+
+    fn show(&self, word: Word, motion: &Motion) -> Word {
+        if self.spec.status == NO_BIT {
+            return word;
+        }
+        let bit = if self.spec.bit_only {
+            !matches!(self.state, State::Idle) && is_inside(&self.spec, motion)
+        } else {
+            self.stands()
+        };
+        if bit { word.with(self.spec.status, true) } else { word }
+    }
+}

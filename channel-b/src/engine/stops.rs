@@ -1,0 +1,219 @@
+//! Stop functions: at most one runs; STO over SS1 over SS2 (DEC-13, AMK-GEN-07).
+
+use super::Motion;
+use super::record::{Breach, Phase, Record};
+use super::spec::Spec;
+use crate::twin::Twin;
+
+/// Most stop functions of one axis besides STO.
+pub const STOPS_MAX: usize = 16;
+
+/// Where a stop function leads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// Torque off: an SS1.
+    Sto,
+    /// Standstill under torque: an SS2.
+    Sos,
+}
+
+/// A stop function.
+#[derive(Debug, Clone, Copy)]
+pub struct Stop {
+    /// Its approach and windows.
+    pub spec: Spec,
+    /// Where it leads.
+    pub end: End,
+    /// Status bit of the standing SOS, or [`super::spec::NO_BIT`].
+    pub standing_status: u8,
+}
+
+/// What is asked of the stop functions in one cycle.
+#[derive(Debug, Clone, Copy)]
+pub struct Demand {
+    /// Torque off is asked for.
+    pub sto: bool,
+    /// Bit n: the stop function in place n is asked for.
+    pub stops: u16,
+    /// A finished stop may be left: no error stands, the restart rule is satisfied.
+    pub may_leave: bool,
+}
+
+/// All stop functions of one axis.
+#[derive(Debug, Clone, Copy)]
+pub struct Stops {
+    table: [Option<Stop>; STOPS_MAX],
+    active: Option<(u8, Record)>,
+    sto: Twin,
+    /// When STO was entered, ns.
+    entered: Twin,
+    /// Bit mask of the stop that ended in STO.
+    origin: Twin,
+    /// How long the STO of a finished stop lasts at least, ns (DEC-48).
+    sto_least_ns: u64,
+}
+
+impl Stops {
+    /// In STO, as every axis begins (DEC-19).
+    pub const fn new() -> Self {
+        Self {
+            table: [None; STOPS_MAX],
+            active: None,
+            sto: Twin::flag(true),
+            entered: Twin::time(0),
+            origin: Twin::new(0),
+            sto_least_ns: 0,
+        }
+    }
+
+    /// Adds a stop function; its place, or `None` when there is no room.
+    pub fn add(&mut self, stop: Stop) -> Option<u8> {
+        for (place, slot) in (0..).zip(&mut self.table) {
+            if slot.is_none() {
+                *slot = Some(stop);
+                return Some(place);
+            }
+        }
+        None
+    }
+
+    /// The STO of a finished stop lasts at least this long (ATV 100 ms).
+    pub const fn hold_sto(&mut self, least_ns: u64) {
+        self.sto_least_ns = least_ns;
+    }
+
+    /// The stop functions in use, with their places.
+    pub fn all(&self) -> impl Iterator<Item = (u8, &Stop)> {
+        (0..).zip(&self.table).filter_map(|(place, stop)| Some((place, stop.as_ref()?)))
+    }
+
+    /// Torque is off.
+    pub const fn in_sto(&self) -> bool {
+        self.sto.is(true)
+    }
+
+    /// The stop that brakes or stands, with whether it has reached its window.
+    pub fn running(&self) -> Option<(&Stop, bool)> {
+        let (place, record) = self.active.as_ref()?;
+        Some((self.at(*place)?, record.has_landed()))
+    }
+
+    /// Place of the stop that brakes or stands.
+    pub fn place(&self) -> Option<u8> {
+        self.active.as_ref().map(|(place, _)| *place)
+    }
+
+    /// A stop function is still on its way to its end state (DEC-15).
+    pub fn brakes(&self) -> bool {
+        self.running().is_some_and(|(_, landed)| !landed)
+    }
+
+    fn at(&self, place: u8) -> Option<&Stop> {
+        self.table.get(usize::from(place))?.as_ref()
+    }
+
+    /// Leaves what may be left. First call of a cycle.
+    pub fn leave(&mut self, demand: &Demand, now: u64) {
+        if self.in_sto() {
+            self.leave_sto(demand, now);
+        }
+        let Some((place, record)) = &self.active else {
+            return;
+        };
+        let is_asked = demand.stops >> (place & 15) & 1 == 1;
+        let may = record.has_landed() & demand.may_leave & !is_asked;
+        if may {
+            self.active = None;
+        }
+    }
+
+    fn leave_sto(&mut self, demand: &Demand, now: u64) {
+        let (Some(entered), Some(origin)) = (self.entered.get_time(), self.origin.get()) else {
+            return;
+        };
+        // DEC-48: visible for one cycle at least, so never left in the cycle it was entered.
+        let is_finished_stop = origin != 0;
+        let age = now.saturating_sub(entered);
+        let too_young = is_finished_stop & (age < self.sto_least_ns.max(1));
+        let is_held = demand.sto | (i64::from(demand.stops) & origin != 0);
+        let stays = is_held | too_young | !demand.may_leave;
+        if !stays {
+            self.sto = Twin::flag(false);
+            self.origin = Twin::new(0);
+        }
+    }
+
+    /// Starts what is asked for and judges what runs. May be called again in the same
+    /// cycle with a larger demand; the answer to what already ran is the same.
+    pub fn advance(
+        &mut self,
+        demand: &Demand,
+        now: u64,
+        motion: &Motion,
+        found: &mut dyn FnMut(u8, &Spec, Breach, Phase),
+    ) {
+        if demand.sto {
+            self.enter_sto(0, now);
+        }
+        if self.in_sto() {
+            self.active = None;
+            return;
+        }
+        self.select(demand, now, motion);
+        self.judge(now, motion, found);
+    }
+
+    fn enter_sto(&mut self, origin: i64, now: u64) {
+        if !self.in_sto() {
+            self.entered = Twin::time(now);
+            self.origin = Twin::new(origin);
+        }
+        self.sto = Twin::flag(true);
+    }
+
+    fn first(&self, asked: u16, end: End) -> Option<u8> {
+        let is_asked = |place: u8| asked >> (place & 15) & 1 == 1;
+        self.all().find(|(place, stop)| is_asked(*place) & (stop.end == end)).map(|(place, _)| place)
+    }
+
+    fn select(&mut self, demand: &Demand, now: u64, motion: &Motion) {
+        let running = self.running().map(|(stop, _)| stop.end);
+        // DEC-11: what runs, runs to its end; DEC-13: only a higher stop aborts it.
+        let next = match running {
+            Some(End::Sto) => None,
+            Some(End::Sos) => self.first(demand.stops, End::Sto),
+            None => self.first(demand.stops, End::Sto).or(self.first(demand.stops, End::Sos)),
+        };
+        if let Some(place) = next {
+            self.active = Some((place, Record::begin(now, motion)));
+        }
+    }
+
+    fn judge(&mut self, now: u64, motion: &Motion, found: &mut dyn FnMut(u8, &Spec, Breach, Phase)) {
+        let Some((place, mut record)) = self.active else {
+            return;
+        };
+        let Some(stop) = self.at(place).copied() else {
+            return self.enter_sto(0, now);
+        };
+        let verdict = record.judge(&stop.spec, now, motion);
+        if let Some(breach) = verdict.breach {
+            self.active = None;
+            self.enter_sto(0, now);
+            return found(place, &stop.spec, breach, verdict.phase);
+        }
+        record.note(&stop.spec, &verdict, now, motion);
+        self.active = Some((place, record));
+        let is_over = (verdict.phase == Phase::Window) & (stop.end == End::Sto);
+        if is_over {
+            self.active = None;
+            self.enter_sto(1 << (place & 15), now);
+        }
+    }
+}
+
+impl Default for Stops {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,186 @@
+//! Standing errors and warnings: what they demand, and when an edge may clear them.
+
+use shm_schema::error::{ErrorCode, ErrorList};
+
+use crate::engine::spec::Reaction;
+
+/// Errors that stand side by side at most; one more is torque off until all are gone.
+const ENTRIES: usize = 16;
+
+/// How long the cause of an error stands (DEC-15).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// Until the stop it demands has reached its end state.
+    Reaction,
+    /// As long as it is raised again every cycle.
+    Live,
+    /// Until the set is restarted or a valid parameter set loaded.
+    Lasting,
+}
+
+/// One standing error.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// What is reported.
+    pub code: ErrorCode,
+    /// What it demands while it stands.
+    pub reaction: Reaction,
+    /// It sets the error bit and keeps stops from being left (DEC-47).
+    pub is_error: bool,
+    /// When its cause is gone.
+    pub cause: Cause,
+    /// Monitoring function to release on acknowledgement, 255 none.
+    pub owner: u8,
+}
+
+/// No monitoring function waits for this error.
+pub const NO_OWNER: u8 = u8::MAX;
+
+impl Entry {
+    /// An error that demands STO.
+    pub const fn sto(code: ErrorCode, cause: Cause) -> Self {
+        Self { code, reaction: Reaction::Sto, is_error: true, cause, owner: NO_OWNER }
+    }
+
+    /// A warning that demands nothing.
+    pub const fn warning(code: ErrorCode, cause: Cause) -> Self {
+        Self { code, reaction: Reaction::None, is_error: false, cause, owner: NO_OWNER }
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Standing {
+    entry: Entry,
+    /// Raised in this cycle or the one before.
+    fresh: u8,
+}
+
+/// The errors of one axis.
+#[derive(Debug, Clone, Copy)]
+pub struct Ledger {
+    entries: [Option<Standing>; ENTRIES],
+    overflow: bool,
+}
+
+impl Ledger {
+    /// Nothing stands.
+    pub const fn new() -> Self {
+        Self { entries: [None; ENTRIES], overflow: false }
+    }
+
+    /// A new cycle: causes that are not raised again count as gone.
+    pub fn begin_cycle(&mut self) {
+        for standing in self.entries.iter_mut().flatten() {
+            standing.fresh = standing.fresh.saturating_sub(1);
+        }
+    }
+
+    /// Raises `entry`, or refreshes its cause when it stands already.
+    pub fn raise(&mut self, entry: Entry) {
+        let known = self.entries.iter_mut().flatten().find(|old| old.entry.code == entry.code);
+        if let Some(standing) = known {
+            standing.fresh = 2;
+            return;
+        }
+        match self.entries.iter_mut().find(|place| place.is_none()) {
+            Some(place) => *place = Some(Standing { entry, fresh: 2 }),
+            None => self.overflow = true,
+        }
+    }
+
+    /// One edge clears everything whose cause is gone (DEC-15). `settled`: no stop function
+    /// is on its way. `released` is told the owner of each error that went.
+    pub fn acknowledge(&mut self, settled: bool, released: &mut dyn FnMut(u8)) {
+        for place in &mut self.entries {
+            let Some(standing) = place else { continue };
+            let gone = match standing.entry.cause {
+                Cause::Reaction => settled,
+                Cause::Live => standing.fresh == 0,
+                Cause::Lasting => false,
+            };
+            if gone {
+                released(standing.entry.owner);
+                *place = None;
+            }
+        }
+        if self.entries.iter().all(Option::is_none) {
+            self.overflow = false;
+        }
+    }
+
+    /// Torque off is demanded.
+    pub fn demands_sto(&self) -> bool {
+        let any = self.iter().any(|entry| entry.reaction == Reaction::Sto);
+        any | self.overflow
+    }
+
+    /// Stop functions demanded, bit n for place n.
+    pub fn demanded_stops(&self) -> u16 {
+        self.iter().fold(0, |mask, entry| match entry.reaction {
+            Reaction::Stop(place) => mask | 1 << (place & 15),
+            Reaction::None | Reaction::Sto => mask,
+        })
+    }
+
+    /// Something stands that sets the error bit.
+    pub fn has_error(&self) -> bool {
+        let any = self.iter().any(|entry| entry.is_error);
+        any | self.overflow
+    }
+
+    /// What stands, sorted, as a report carries it.
+    pub fn list(&self) -> ErrorList {
+        let mut list = ErrorList::default();
+        for entry in self.iter() {
+            list.insert(entry.code);
+        }
+        list.more |= self.overflow;
+        list
+    }
+
+    /// What stands.
+    pub fn iter(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.iter().flatten().map(|standing| &standing.entry)
+    }
+}
+
+impl Default for Ledger {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PARTNER: ErrorCode = ErrorCode::amk(3606, 13, 1, 0);
+
+    /// DEC-15: refused while the cause stands.
+    #[test]
+    fn an_edge_clears_a_live_error_only_after_its_cause_has_gone() {
+        let mut ledger = Ledger::new();
+        ledger.raise(Entry::sto(PARTNER, Cause::Live));
+        ledger.begin_cycle();
+        ledger.acknowledge(true, &mut |_| ());
+        assert!(ledger.demands_sto());
+        ledger.begin_cycle();
+        ledger.acknowledge(true, &mut |_| ());
+        assert!(!ledger.has_error());
+    }
+
+    #[test]
+    fn more_errors_than_places_are_torque_off_until_all_are_gone() {
+        let mut ledger = Ledger::new();
+        for code in 1..=17 {
+            ledger.raise(Entry::warning(ErrorCode::single(code), Cause::Live));
+        }
+        assert!(ledger.demands_sto());
+        assert!(ledger.list().more);
+        for _ in 0..2 {
+            ledger.begin_cycle();
+        }
+        ledger.acknowledge(true, &mut |_| ());
+        assert!(!ledger.demands_sto());
+    }
+}

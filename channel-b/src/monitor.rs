@@ -1,0 +1,304 @@
+//! One axis: what a step does, in its order.
+
+mod senses;
+mod supervision;
+#[cfg(test)]
+mod tests;
+
+use shm_schema::drive::DriveRequest;
+use shm_schema::error::ErrorCode;
+use shm_schema::exchange::{Inputs, Outputs, Setup, Start};
+use shm_schema::report::{Phase, Report, Stop};
+use shm_schema::word::Word;
+
+use crate::BUILD;
+use crate::compare::{Comparison, Limits};
+use crate::encoder::Evaluation;
+use crate::engine::Motion;
+use crate::engine::spec::{NO_BIT, Reaction};
+use crate::engine::stops::{Demand, End};
+use crate::fresh::{Clock, Freshness};
+use crate::image::Image;
+use crate::inputs;
+use crate::ledger::{Cause, Entry, Ledger};
+use crate::path::Path;
+use crate::profile::{Asked, Logic, Plan, judge};
+use crate::startup::{Progress, Startup};
+use senses::{Acknowledges, Senses};
+
+/// Program-flow signature of a complete step: every station adds its number (DEC-22).
+pub const FLOW: u32 = 0x0012_3456;
+
+/// The monitoring of one axis.
+#[derive(Debug, Clone, Copy)]
+pub struct Monitor {
+    setup: Setup,
+    plan: Plan,
+    limits: Limits,
+    ledger: Ledger,
+    startup: Startup,
+    path: Path,
+    comparison: Comparison,
+    senses: Senses,
+    is_first: bool,
+    flow: u32,
+}
+
+impl Monitor {
+    /// A monitor for the image; a refused image gives one that never permits torque and
+    /// holds the reasons.
+    pub fn new(image: &[u8], setup: &Setup) -> Self {
+        match Image::open(image) {
+            Ok(opened) if opened.axis == setup.axis => Self::of(&opened, setup),
+            // A set made for another axis is as bad as none (design 8, swapped image).
+            Ok(_) => Self::refused(&[ErrorCode::amk(3609, 128, 6, 56)], setup),
+            Err(_) => {
+                let mut code = ErrorCode::default();
+                crate::findings(image, &mut |found| code = found);
+                Self::refused(&[code], setup)
+            }
+        }
+    }
+
+    fn of(image: &Image<'_>, setup: &Setup) -> Self {
+        let mut monitor = Self::with(Plan::build(image), setup);
+        judge(image, &mut |code| monitor.refuse(code));
+        monitor
+    }
+
+    fn refused(codes: &[ErrorCode], setup: &Setup) -> Self {
+        let mut monitor = Self::with(Plan::empty(), setup);
+        for code in codes {
+            monitor.refuse(*code);
+        }
+        monitor
+    }
+
+    fn refuse(&mut self, code: ErrorCode) {
+        self.startup = Startup::new(Phase::Refused);
+        self.ledger.raise(Entry::sto(code, Cause::Lasting));
+    }
+
+    fn with(plan: Plan, setup: &Setup) -> Self {
+        let phase = match setup.start {
+            Start::Cold => Phase::Boot,
+            Start::Settled => Phase::Operational,
+        };
+        Self {
+            setup: *setup,
+            limits: plan.limits(setup.cycle_ns),
+            ledger: Ledger::new(),
+            startup: Startup::new(phase),
+            path: Path::new(),
+            comparison: Comparison::new(),
+            senses: Senses {
+                encoder: Freshness::new(),
+                io: Freshness::new(),
+                command: Freshness::new(),
+                partner: Freshness::new(),
+                agreement: Freshness::new(),
+                producer_clock: Clock::new(),
+                partner_clock: Clock::new(),
+                evaluation: Evaluation::new(plan.encoder),
+                lines: inputs::Inputs::new(plan.lines),
+                motion: Motion::default(),
+                acknowledges: Acknowledges::default(),
+                published: [None; 4],
+                partner_drives: false,
+            },
+            plan,
+            is_first: true,
+            flow: 0,
+        }
+    }
+
+    /// One cycle at `now_ns` of the own clock.
+    pub fn step(&mut self, inputs: &Inputs, now_ns: u64) -> Outputs {
+        let is_settled = self.is_first & (self.setup.start == Start::Settled);
+        self.flow = 0;
+        self.ledger.begin_cycle();
+        let cells = self.read(inputs, is_settled, now_ns);
+        self.supervise_cells(inputs, &cells, now_ns);
+        let edges = self.senses.acknowledges.edges(cells.acknowledge, is_settled);
+        self.acknowledge(edges.any());
+        let asked = Asked {
+            word: &cells.word,
+            levels: cells.levels,
+            drive_n0: cells.drive_n0,
+            motion: &cells.motion,
+            now: now_ns,
+        };
+        let requested = self.plan.logic.requests(&self.plan.bits, &asked);
+        self.start_up(&cells, &requested, edges.any(), now_ns);
+        self.functions(&requested, &cells, edges.restart, now_ns);
+        self.plan.logic.watch(&asked, &self.plan.stops, &mut self.ledger);
+        self.react(&requested, &cells, now_ns);
+        let report = self.compare(inputs, &cells, &requested, now_ns);
+        let outputs = self.drive(report, &cells);
+        self.is_first = false;
+        outputs
+    }
+
+    fn visit(&mut self, station: u32) {
+        self.flow = self.flow << 4 | station;
+    }
+
+    /// DEC-15, DEC-16: one edge clears what may be cleared, and its function starts again.
+    fn acknowledge(&mut self, edge: bool) {
+        self.visit(2);
+        if edge {
+            let settled = !self.plan.stops.brakes();
+            let bank = &mut self.plan.bank;
+            self.ledger.acknowledge(settled, &mut |owner| bank.release(owner));
+        }
+    }
+
+    fn start_up(&mut self, cells: &senses::Cells, requested: &Word, edge: bool, now: u64) {
+        let is_requested = self.demand(requested, cells, false).stops != 0;
+        let progress = Progress {
+            is_sound: cells.is_plausible,
+            is_equal: cells.is_agreed & self.comparison.is_clear(),
+            path_test: cells.path_test,
+            reads_on: cells.reads_on,
+            edge,
+            is_stopped: is_requested | self.requests_sto(requested) | self.ledger.has_error(),
+        };
+        self.startup.step(&progress, self.plan.tolerance_ns, now);
+    }
+
+    fn requests_sto(&self, requested: &Word) -> bool {
+        (self.plan.bits.sto != NO_BIT) && requested.bit(self.plan.bits.sto)
+    }
+
+    fn demand(&self, requested: &Word, cells: &senses::Cells, restart: bool) -> Demand {
+        let asked = self.plan.stops.all().fold(0, |mask, (place, stop)| {
+            let bit = stop.spec.control;
+            let is_asked = (bit != NO_BIT) && requested.bit(bit);
+            mask | u16::from(is_asked) << (place & 15)
+        });
+        let is_operational = self.startup.phase() == Phase::Operational;
+        let must = self.requests_sto(requested) | self.ledger.demands_sto() | cells.crosscheck_error;
+        Demand {
+            sto: must | !is_operational,
+            stops: asked | self.ledger.demanded_stops(),
+            may_leave: !self.ledger.has_error() & (restart | !self.plan.needs_restart | !is_operational),
+        }
+    }
+
+    /// Stops first: what is in STO is not monitored (DEC-14).
+    fn functions(&mut self, requested: &Word, cells: &senses::Cells, restart: bool, now: u64) {
+        self.visit(3);
+        let demand = self.demand(requested, cells, restart | self.is_first);
+        self.plan.stops.leave(&demand, now);
+        self.advance_stops(&demand, &cells.motion, now);
+        let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
+        let in_sto = self.plan.stops.in_sto();
+        self.plan.bank.step(requested, in_sto, now, &cells.motion, &mut |owner, spec, breach, phase| {
+            let code = logic.code(spec, breach, phase, spec.reaction);
+            let is_error = spec.reaction != Reaction::None;
+            ledger.raise(Entry { code, reaction: spec.reaction, is_error, cause: Cause::Reaction, owner });
+        });
+    }
+
+    fn advance_stops(&mut self, demand: &Demand, motion: &Motion, now: u64) {
+        let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
+        self.plan.stops.advance(demand, now, motion, &mut |_, spec, breach, phase| {
+            let code = logic.code(spec, breach, phase, Reaction::Sto);
+            ledger.raise(Entry::sto(code, Cause::Reaction));
+        });
+    }
+
+    /// What the violations of this cycle demand, in this cycle.
+    fn react(&mut self, requested: &Word, cells: &senses::Cells, now: u64) {
+        self.visit(4);
+        let demand = self.demand(requested, cells, false);
+        self.advance_stops(&demand, &cells.motion, now);
+        if self.plan.stops.in_sto() {
+            // DEC-14: nothing about motion is monitored or acknowledged in STO.
+            self.plan.bank.step(&Word::ZERO, true, now, &cells.motion, &mut |_, _, _, _| ());
+        }
+    }
+
+    fn status(&self, cells: &senses::Cells) -> Word {
+        let bits = &self.plan.bits;
+        let set = |word: Word, bit: u8, value: bool| {
+            if (bit != NO_BIT) & value { word.with(bit, true) } else { word }
+        };
+        let mut word = self.plan.bank.show(Word::ZERO, &cells.motion);
+        word = set(word, bits.sto_active, self.plan.stops.in_sto());
+        word = set(word, bits.error, self.ledger.has_error());
+        let phase = self.startup.phase();
+        word = set(word, bits.valid, matches!(phase, Phase::AwaitAcknowledge | Phase::Operational));
+        if let Some((stop, landed)) = self.plan.stops.running() {
+            word = set(word, stop.spec.status, !landed);
+            word = set(word, stop.standing_status, landed);
+        }
+        for pair in 0..bits.pairs {
+            let level = cells.levels >> (pair & 3) & 1 == 1;
+            word = set(word, bits.inputs.saturating_add(pair), level);
+        }
+        word
+    }
+
+    fn stop(&self) -> Stop {
+        if self.plan.stops.in_sto() {
+            return Stop::Sto;
+        }
+        match self.plan.stops.running() {
+            None => Stop::None,
+            Some((_, true)) => Stop::Sos,
+            Some((stop, false)) if stop.end == End::Sto => Stop::Ss1,
+            Some(_) => Stop::Ss2,
+        }
+    }
+
+    fn report(&self, cells: &senses::Cells, requested: &Word, now: u64) -> Report {
+        let phase = self.startup.phase();
+        let is_ready = (phase == Phase::Operational) & !self.plan.stops.in_sto();
+        Report {
+            exchange: cells.exchange,
+            partner_exchange: cells.partner_exchange,
+            time_ns: now,
+            parameter_signature: self.plan.signature,
+            build: BUILD,
+            flow: self.flow,
+            phase,
+            ready: is_ready,
+            stop: self.stop(),
+            overruns: cells.overruns,
+            status: self.status(cells),
+            requested: self.shown_requests(requested),
+            inputs: cells.levels,
+            acknowledgements: cells.acknowledge,
+            position: cells.motion.position,
+            speed_mrpm: cells.motion.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
+            drive: self.drive_request(cells, requested),
+            errors: self.ledger.list(),
+            ..Report::default()
+        }
+    }
+
+    /// Requests the profile's control word knows; what the request logic adds stays inside.
+    fn shown_requests(&self, requested: &Word) -> Word {
+        let mut parts = requested.0;
+        let known = self.plan.bits.low.0.iter().zip(self.plan.bits.high.0);
+        for (part, (low, high)) in parts.iter_mut().zip(known) {
+            *part &= low | high;
+        }
+        Word(parts)
+    }
+
+    fn drive_request(&self, cells: &senses::Cells, requested: &Word) -> DriveRequest {
+        let in_sto = self.plan.stops.in_sto();
+        let brakes = matches!(self.stop(), Stop::Ss1);
+        match &self.plan.logic {
+            Logic::Amk(logic) => DriveRequest {
+                brake: brakes & logic.brakes(),
+                brake_open: !in_sto,
+                outputs: logic.outputs(&cells.word, requested, in_sto, &|bit| self.plan.bank.stands(bit)),
+                ..DriveRequest::default()
+            },
+            Logic::None => DriveRequest::default(),
+        }
+    }
+}

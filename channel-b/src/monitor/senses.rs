@@ -1,0 +1,311 @@
+//! What a step sees: fresh cells, motion, words, acknowledge edges.
+
+use shm_schema::agreement::{Agreement, PathTest};
+use shm_schema::command::{Command, CommandSource};
+use shm_schema::encoder::Encoder;
+use shm_schema::exchange::{Inputs, Published, Received, Sampled};
+use shm_schema::inhibit::Readback;
+use shm_schema::report::Report;
+use shm_schema::word::Word;
+
+use super::Monitor;
+use crate::encoder::{EncoderFault, Evaluated, Evaluation};
+use crate::engine::Motion;
+use crate::engine::spec::NO_BIT;
+use crate::fresh::{Clock, Freshness};
+use crate::inputs;
+
+/// Exchanges an echo may be old.
+const ECHO_AGE: u64 = 2;
+
+/// What is remembered about the cells.
+#[derive(Debug, Clone, Copy)]
+pub struct Senses {
+    pub(super) encoder: Freshness,
+    pub(super) io: Freshness,
+    pub(super) command: Freshness,
+    pub(super) partner: Freshness,
+    pub(super) agreement: Freshness,
+    pub(super) producer_clock: Clock,
+    pub(super) partner_clock: Clock,
+    pub(super) evaluation: Evaluation,
+    pub(super) lines: inputs::Inputs,
+    pub(super) motion: Motion,
+    pub(super) acknowledges: Acknowledges,
+    pub(super) published: [Option<Published>; 4],
+    /// The partner said it drives, in its newest report.
+    pub(super) partner_drives: bool,
+}
+
+/// What a step made of the cells.
+#[derive(Debug, Clone, Copy)]
+pub struct Cells {
+    /// Exchange number of the newest sample.
+    pub exchange: u64,
+    /// Exchange number of the partner's newest report.
+    pub partner_exchange: u64,
+    /// Motion of this cycle; the last known when the encoder is not believed.
+    pub motion: Motion,
+    /// Control word; zeros when there is none.
+    pub word: Word,
+    /// Debounced levels.
+    pub levels: u32,
+    /// Acknowledge levels, as in the report.
+    pub acknowledge: u32,
+    /// Non-safe.
+    pub drive_n0: bool,
+    /// Image and encoder are sound.
+    pub is_plausible: bool,
+    /// The encoder sample is too old.
+    pub is_stale: bool,
+    /// Why the encoder is not believed.
+    pub encoder_fault: Option<EncoderFault>,
+    /// A foreign clock runs at another rate.
+    pub is_clock_off: bool,
+    /// The partner's report has not advanced.
+    pub is_partner_lost: bool,
+    /// The agreement has not advanced.
+    pub is_agreement_lost: bool,
+    /// The agreement is fresh and echoes the own report.
+    pub is_agreed: bool,
+    /// It permits torque.
+    pub permits: bool,
+    /// Crosscheck has an error of its own.
+    pub crosscheck_error: bool,
+    /// Self-test step.
+    pub path_test: PathTest,
+    /// Own path as read back.
+    pub reads_on: Option<bool>,
+    /// Overruns in a row.
+    pub overruns: u8,
+    /// First step of a settled start: everything counts as permitting.
+    pub is_settled: bool,
+}
+
+/// Acknowledge levels of the cycle before: error, restart, clear.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Acknowledges {
+    before: u32,
+    /// Bits that have been 0 since the start (DEC-16).
+    armed: u32,
+}
+
+/// Rising edges of one cycle.
+#[derive(Debug, Clone, Copy)]
+pub struct Edges {
+    /// Error acknowledge.
+    pub error: bool,
+    /// Restart acknowledge.
+    pub restart: bool,
+    /// Non-safe clear.
+    pub clear: bool,
+}
+
+impl Edges {
+    /// An edge that acknowledges errors.
+    pub const fn any(&self) -> bool {
+        self.error | self.clear
+    }
+}
+
+impl Acknowledges {
+    /// DEC-16: a level that was there from the beginning is no edge.
+    pub fn edges(&mut self, levels: u32, is_settled: bool) -> Edges {
+        if is_settled {
+            self.before = levels;
+        }
+        let rising = levels & !self.before & self.armed;
+        self.before = levels;
+        self.armed |= !levels;
+        Edges { error: rising & 1 != 0, restart: rising & 2 != 0, clear: rising & 4 != 0 }
+    }
+}
+
+fn sound<T>(cell: &Received<T>) -> Option<&Sampled<T>> {
+    cell.as_ref().ok()
+}
+
+impl Monitor {
+    /// Looks at every cell once.
+    pub(super) fn read(&mut self, inputs: &Inputs, is_settled: bool, now: u64) -> Cells {
+        self.visit(1);
+        let mut cells = Cells {
+            exchange: sound(&inputs.encoder).map_or(0, |cell| cell.sequence),
+            partner_exchange: sound(&inputs.partner).map_or(0, |cell| cell.payload.exchange),
+            motion: self.senses.motion,
+            word: Word::ZERO,
+            levels: 0,
+            acknowledge: 0,
+            drive_n0: false,
+            is_plausible: false,
+            is_stale: false,
+            encoder_fault: None,
+            is_clock_off: false,
+            is_partner_lost: false,
+            is_agreement_lost: false,
+            is_agreed: is_settled,
+            permits: is_settled,
+            crosscheck_error: false,
+            path_test: PathTest::None,
+            reads_on: sound(&inputs.readback).map(|cell: &Sampled<Readback>| cell.payload.path_b),
+            overruns: inputs.overruns,
+            is_settled,
+        };
+        self.read_motion(inputs, &mut cells, now);
+        self.read_io(inputs, &mut cells, now);
+        self.read_command(inputs, &mut cells, now);
+        self.read_partner(inputs, &mut cells, now);
+        self.read_agreement(inputs, &mut cells, now);
+        cells
+    }
+
+    fn is_stale(&self, cell: &Freshness, now: u64) -> bool {
+        cell.is_stale(self.setup.stale_cycles.max(1), self.setup.cycle_ns, now)
+    }
+
+    /// A sample is as old as its last update; an old time stamp is as bad as none, and one
+    /// from the future by more than a cycle too.
+    fn read_motion(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
+        let sample = sound(&inputs.encoder);
+        let mut believed = sample.map(|cell| cell.sequence);
+        if let Some(cell) = sample {
+            let verdict = self.senses.producer_clock.observe(now, cell.timestamp_ns, self.setup.cycle_ns);
+            let most = self.setup.cycle_ns.saturating_mul(u64::from(self.setup.stale_cycles.max(1)));
+            let is_bad = verdict.is_ahead | (verdict.age_ns >= most);
+            believed = believed.filter(|_| !is_bad);
+            cells.is_clock_off |= verdict.is_off;
+        }
+        let is_news = self.senses.encoder.observe(believed, now);
+        cells.is_stale = self.is_stale(&self.senses.encoder, now);
+        if let (Some(cell), true) = (sample, is_news) {
+            self.evaluate(inputs, cell, cells, now);
+        }
+        cells.motion = self.senses.motion;
+        cells.is_plausible = !cells.is_stale & cells.encoder_fault.is_none() & inputs.image_sound;
+    }
+
+    fn evaluate(&mut self, inputs: &Inputs, cell: &Sampled<Encoder>, cells: &mut Cells, now: u64) {
+        let evaluated = match inputs.motion {
+            Some(exact) => {
+                Ok(Evaluated { position: exact.position, speed_mrpm: i64::from(exact.speed_mrpm) })
+            }
+            None => self.senses.evaluation.evaluate(&cell.payload, cell.timestamp_ns),
+        };
+        match evaluated {
+            Ok(seen) => {
+                let given = inputs.motion.and_then(|exact| exact.acceleration_mrpm_s);
+                let acceleration =
+                    given.unwrap_or_else(|| self.acceleration(seen.speed_mrpm, cells.is_settled));
+                self.senses.motion = Motion {
+                    speed: seen.speed_mrpm,
+                    position: seen.position,
+                    acceleration,
+                    torque: i64::from(cell.payload.torque_ppm),
+                };
+            }
+            Err(fault) => {
+                self.senses.evaluation.restart();
+                cells.encoder_fault = Some(fault);
+            }
+        }
+        let _ = now;
+    }
+
+    /// Change of speed over one cycle, 1/1000 rpm/s.
+    fn acceleration(&self, speed: i64, is_settled: bool) -> i64 {
+        if is_settled | self.is_first {
+            return 0;
+        }
+        let change = speed.saturating_sub(self.senses.motion.speed);
+        let cycle = self.setup.cycle_ns.max(1) as i64;
+        change.saturating_mul(1_000_000_000).checked_div(cycle).unwrap_or(i64::MAX)
+    }
+
+    fn read_io(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
+        let io = sound(&inputs.io);
+        self.senses.io.observe(io.map(|cell| cell.sequence), now);
+        let is_stale = self.is_stale(&self.senses.io, now);
+        let payload = io.map(|cell| &cell.payload).filter(|_| !is_stale);
+        let first = cells.is_settled | self.is_first;
+        cells.levels = self.senses.lines.take(payload, first);
+    }
+
+    fn read_command(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
+        let command = sound(&inputs.command);
+        self.senses.command.observe(command.map(|cell| cell.sequence), now);
+        if self.is_stale(&self.senses.command, now) {
+            return;
+        }
+        let Some(cell) = command else { return };
+        cells.drive_n0 = cell.payload.drive_n0;
+        cells.word = self.word(&cell.payload);
+        let bit = |bit: u8| (bit != NO_BIT) && cells.word.bit(bit);
+        let levels = [bit(self.plan.bits.acknowledge), bit(self.plan.bits.restart), cell.payload.clear_error];
+        cells.acknowledge =
+            (0..).zip(levels).fold(0, |all, (place, level)| all | u32::from(level) << (place & 3));
+    }
+
+    fn word(&self, command: &Command) -> Word {
+        match command.source {
+            CommandSource::Plain => command.word,
+            CommandSource::None | CommandSource::Fsoe | CommandSource::Profisafe => Word::ZERO,
+        }
+    }
+
+    fn read_partner(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
+        let partner: Option<&Sampled<Report>> = sound(&inputs.partner);
+        let is_news = self.senses.partner.observe(partner.map(|cell| cell.payload.exchange), now);
+        let is_lost = self.senses.partner.is_stale(3, self.setup.cycle_ns, now);
+        cells.is_partner_lost = is_lost & !cells.is_settled;
+        if is_lost {
+            self.senses.partner_clock.restart();
+        }
+        let drives = partner.is_some_and(|cell| cell.payload.driving);
+        self.senses.partner_drives = drives & !is_lost;
+        if let (Some(cell), true) = (partner, is_news) {
+            let verdict = self.senses.partner_clock.observe(now, cell.payload.time_ns, u64::MAX);
+            cells.is_clock_off |= verdict.is_off;
+        }
+    }
+
+    fn read_agreement(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
+        self.note_published(inputs.published);
+        let agreement: Option<&Sampled<Agreement>> = sound(&inputs.agreement);
+        self.senses.agreement.observe(agreement.map(|cell| cell.sequence), now);
+        let is_lost = self.senses.agreement.is_stale(3, self.setup.cycle_ns, now);
+        cells.is_agreement_lost = is_lost & !cells.is_settled;
+        if cells.is_settled {
+            return;
+        }
+        let Some(cell) = agreement.filter(|_| !is_lost) else { return };
+        cells.crosscheck_error = cell.payload.error;
+        cells.path_test = cell.payload.path_test;
+        cells.is_agreed = self.is_echoed(&cell.payload, cells.exchange);
+        cells.permits = cell.payload.permit & !cell.payload.error & cells.is_agreed;
+    }
+
+    fn note_published(&mut self, published: Option<Published>) {
+        let [newest, ..] = self.senses.published;
+        let is_new = published.is_some_and(|new| newest.is_none_or(|old| old.exchange != new.exchange));
+        if is_new {
+            self.senses.published.rotate_right(1);
+            if let Some(place) = self.senses.published.first_mut() {
+                *place = published;
+            }
+        }
+    }
+
+    /// The agreement proves that crosscheck read this channel's own report of at most two
+    /// exchanges ago (design 3.3).
+    fn is_echoed(&self, agreement: &Agreement, exchange: u64) -> bool {
+        let echo = &agreement.echo_b;
+        let is_young = exchange.saturating_sub(echo.exchange) <= ECHO_AGE;
+        let is_own = self
+            .senses
+            .published
+            .iter()
+            .flatten()
+            .any(|own| (own.exchange, own.crc32) == (echo.exchange, echo.crc32));
+        is_young & is_own & (echo.boot_nonce == self.setup.boot_nonce)
+    }
+}

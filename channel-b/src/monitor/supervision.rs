@@ -1,0 +1,140 @@
+//! Watching the others, and the own path.
+
+use shm_schema::error::ErrorCode;
+use shm_schema::exchange::{Inputs, Outputs};
+use shm_schema::report::{Phase, Report, Stop};
+use shm_schema::word::Word;
+
+use super::Monitor;
+use super::senses::Cells;
+use crate::compare::Differences;
+use crate::encoder::EncoderFault;
+use crate::inputs::PulseFault;
+use crate::ledger::{Cause, Entry};
+use crate::path::{Path, PathFaults};
+
+/// 3609/74: the check sum of the set is wrong, channel 2.
+const IMAGE_BROKEN: ErrorCode = ErrorCode::amk(3609, 74, 0, 4);
+/// 3606/7/3: position values contradict each other; also a sample that no longer comes.
+const IMPLAUSIBLE: ErrorCode = ErrorCode::amk(3606, 7, 3, 0);
+/// 3606/13/1: the other channel or crosscheck is lost (DEC-23).
+const PARTNER_LOST: ErrorCode = ErrorCode::amk(3606, 13, 1, 0);
+/// 3607/72/2: clock monitoring, channel 2 (DEC-26).
+const CLOCK: ErrorCode = ErrorCode::amk(3607, 72, 2, 0);
+/// 3607/29/6: cycle time above the tolerance.
+const OVERRUN: ErrorCode = ErrorCode::amk(3607, 29, 6, 0);
+
+const fn encoder_code(fault: EncoderFault) -> ErrorCode {
+    match fault {
+        EncoderFault::Absent | EncoderFault::Status => ErrorCode::amk(3607, 6, 4, 0),
+        EncoderFault::SineLarge => ErrorCode::amk(3606, 6, 1, 0),
+        EncoderFault::SineSmall => ErrorCode::amk(3606, 6, 2, 0),
+        EncoderFault::Quadrant => ErrorCode::amk(3606, 6, 3, 0),
+        EncoderFault::ResolverSmall => ErrorCode::amk(3606, 4, 1, 0),
+        EncoderFault::ResolverLarge => ErrorCode::amk(3606, 4, 2, 0),
+        EncoderFault::Implausible => IMPLAUSIBLE,
+    }
+}
+
+impl Monitor {
+    fn live(&mut self, is_wrong: bool, code: ErrorCode) {
+        if is_wrong {
+            self.ledger.raise(Entry::sto(self.plan.logic.internal(code), Cause::Live));
+        }
+    }
+
+    /// Everything that stands in the cells themselves.
+    pub(super) fn supervise_cells(&mut self, inputs: &Inputs, cells: &Cells, now: u64) {
+        let is_booting = self.startup.phase() == Phase::Boot;
+        self.live(!inputs.image_sound, IMAGE_BROKEN);
+        self.live(cells.is_stale & !is_booting, IMPLAUSIBLE);
+        if let Some(fault) = cells.encoder_fault {
+            self.live(true, encoder_code(fault));
+        }
+        self.live(cells.is_clock_off, CLOCK);
+        self.live(cells.overruns >= self.setup.overruns_max.max(1), OVERRUN);
+        // Before pairing nobody can be lost.
+        let is_paired = !matches!(self.startup.phase(), Phase::Boot | Phase::Refused | Phase::Pairing);
+        self.live((cells.is_partner_lost | cells.is_agreement_lost) & is_paired, PARTNER_LOST);
+        self.supervise_pulses();
+        self.supervise_paths(inputs, cells, now);
+    }
+
+    fn supervise_pulses(&mut self) {
+        let faults = self.senses.lines.lines.map(|line| line.fault());
+        for (input, fault) in (1..).zip(faults) {
+            let info2 = match fault {
+                None => continue,
+                Some(PulseFault::Missing) => 1,
+                Some(PulseFault::TooShort) => 4,
+            };
+            self.live(true, ErrorCode::amk(3606, 19, info2, input));
+        }
+    }
+
+    /// Readback: the own path (L) is 3606/76/1, the partner's (H) 3606/76/2.
+    fn supervise_paths(&mut self, inputs: &Inputs, cells: &Cells, now: u64) {
+        let readback = inputs.readback.as_ref().ok().map(|cell| &cell.payload);
+        let faults = self.path.judge(readback, self.senses.partner_drives, now);
+        if cells.is_settled {
+            return;
+        }
+        let PathFaults { own, partner, blind, dormant } = faults;
+        self.live(own, ErrorCode::amk(3606, 76, 1, 0));
+        self.live(partner, ErrorCode::amk(3606, 76, 2, 0));
+        self.live(blind, ErrorCode::amk(3606, 76, 7, 0));
+        if dormant {
+            let code = self.plan.logic.internal(ErrorCode::amk(3610, 76, 6, 0));
+            self.ledger.raise(Entry::warning(code, Cause::Live));
+        }
+    }
+
+    /// Compares the report of this exchange with the partner's; a difference that trips
+    /// does so in this cycle.
+    pub(super) fn compare(&mut self, inputs: &Inputs, cells: &Cells, requested: &Word, now: u64) -> Report {
+        self.visit(5);
+        self.visit(6);
+        let report = self.report(cells, requested, now);
+        let partner = inputs.partner.as_ref().ok().map(|cell| &cell.payload);
+        let Some(partner) = partner.filter(|_| !cells.is_settled) else {
+            self.comparison.keep(&report);
+            return report;
+        };
+        let found = self.comparison.compare(&report, partner, &self.limits, self.setup.partner_build);
+        self.comparison.keep(&report);
+        if found.is_clear() {
+            return report;
+        }
+        self.raise_differences(&found);
+        self.react(requested, cells, now);
+        // The stations of `react` were visited once already.
+        self.flow = report.flow;
+        self.report(cells, requested, now)
+    }
+
+    /// DEC-45.
+    fn raise_differences(&mut self, found: &Differences) {
+        let info2 = found.stop.map(|stop| match stop {
+            Stop::Sto => 2,
+            Stop::Ss1 => 3,
+            Stop::Ss2 | Stop::Sos | Stop::None => 4,
+        });
+        if let Some(info2) = info2 {
+            self.live(true, ErrorCode::amk(3606, 13, info2, 0));
+        }
+        self.live(found.position, ErrorCode::amk(3606, 13, 5, 0));
+        self.live(found.speed, ErrorCode::amk(3606, 13, 6, 0));
+        self.live(found.other | found.identity, ErrorCode::amk(3606, 13, 8, 0));
+    }
+
+    /// Torque needs the own conditions, the agreement and the own comparison.
+    pub(super) fn drive(&mut self, mut report: Report, cells: &Cells) -> Outputs {
+        let agrees = cells.permits & self.comparison.is_clear() & !cells.is_partner_lost;
+        let is_test_raise = self.startup.raises(cells.path_test);
+        report.driving = (report.ready & agrees) | is_test_raise;
+        let per_second = 1_000_000_000_u64.checked_div(self.setup.cycle_ns).unwrap_or(0);
+        report.test_pulse = Path::is_test_cycle(cells.exchange, per_second) & report.ready & report.driving;
+        let inhibit = self.path.drive(report.driving, report.test_pulse, self.senses.partner_drives);
+        Outputs { report, inhibit }
+    }
+}

@@ -1,0 +1,260 @@
+//! Profiles (DEC-27): names, numbers, words and codes, and the request logic in front of
+//! the engine. A profile builds rows; it changes no primitive.
+
+pub mod amk;
+pub mod amk_rules;
+
+use shm_schema::error::ErrorCode;
+use shm_schema::io::PAIRS;
+use shm_schema::profile::{Profile, common};
+use shm_schema::word::Word;
+
+use crate::compare::Limits;
+use crate::encoder::EncoderSetup;
+use crate::engine::Motion;
+use crate::engine::bank::Bank;
+use crate::engine::record::{Breach, Phase};
+use crate::engine::spec::{NO_BIT, Reaction, Spec};
+use crate::engine::stops::Stops;
+use crate::image::{Flaw, Image};
+use crate::inputs::LineSetup;
+use crate::ledger::Ledger;
+
+/// Step of the fault tolerance time, ns (DEC-20).
+const TOLERANCE_STEP_NS: u64 = 15_000_000;
+
+/// Everything a profile makes of a parameter image.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan {
+    /// Which profile.
+    pub profile: Profile,
+    /// Content signature of the image.
+    pub signature: u32,
+    /// Monitoring functions.
+    pub bank: Bank,
+    /// Stop functions.
+    pub stops: Stops,
+    /// Bits of the words.
+    pub bits: Bits,
+    /// Encoder to evaluate.
+    pub encoder: EncoderSetup,
+    /// Lines .2 of the input pairs.
+    pub lines: [LineSetup; PAIRS],
+    /// Largest differences between the channels.
+    pub position_difference: i64,
+    /// 1/1000 rpm.
+    pub speed_difference: i64,
+    /// Fault tolerance time, ns.
+    pub tolerance_ns: u64,
+    /// A finished stop is left by a restart acknowledge only (DEC-12).
+    pub needs_restart: bool,
+    /// What the profile adds to the engine.
+    pub logic: Logic,
+}
+
+/// Bits of control and status word that every profile has in one form or another.
+#[derive(Debug, Clone, Copy)]
+pub struct Bits {
+    /// Control: function bits, active low.
+    pub low: Word,
+    /// Control: function bits, active high.
+    pub high: Word,
+    /// Control: STO.
+    pub sto: u8,
+    /// Control: error acknowledge.
+    pub acknowledge: u8,
+    /// Control: restart acknowledge.
+    pub restart: u8,
+    /// Status: STO active.
+    pub sto_active: u8,
+    /// Status: an error stands.
+    pub error: u8,
+    /// Status: functional safety ready.
+    pub valid: u8,
+    /// Status: level of the first input pair, the others follow.
+    pub inputs: u8,
+    /// Pairs shown in the status.
+    pub pairs: u8,
+}
+
+impl Bits {
+    /// No bit at all.
+    pub const NONE: Self = Self {
+        low: Word::ZERO,
+        high: Word::ZERO,
+        sto: NO_BIT,
+        acknowledge: NO_BIT,
+        restart: NO_BIT,
+        sto_active: NO_BIT,
+        error: NO_BIT,
+        valid: NO_BIT,
+        inputs: NO_BIT,
+        pairs: 0,
+    };
+}
+
+/// What the request logic of a profile sees in one cycle.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
+    /// Control word as received; zeros when there is none (DEC-18).
+    pub word: &'a Word,
+    /// Debounced level of each pair, bit n.
+    pub levels: u32,
+    /// The drive's own status, non-safe.
+    pub drive_n0: bool,
+    /// Motion of this cycle.
+    pub motion: &'a Motion,
+    /// Own clock, ns.
+    pub now: u64,
+}
+
+/// What a profile adds to the engine.
+#[derive(Debug, Clone, Copy)]
+pub enum Logic {
+    /// AMK KW-R07/R17/R27.
+    Amk(amk::Logic),
+    /// No profile: nothing is permitted.
+    None,
+}
+
+impl Plan {
+    /// A plan that permits nothing, with what all profiles have in common.
+    pub fn new(image: &Image<'_>) -> Self {
+        Self::base(image.profile, image.signature)
+    }
+
+    fn base(profile: Profile, signature: u32) -> Self {
+        Self {
+            profile,
+            signature,
+            bank: Bank::new(),
+            stops: Stops::new(),
+            bits: Bits::NONE,
+            encoder: EncoderSetup { slot: None, kind: None, periods: 1024, pole_pairs: 1 },
+            lines: [LineSetup::default(); PAIRS],
+            position_difference: 0,
+            speed_difference: 0,
+            tolerance_ns: 0,
+            needs_restart: false,
+            logic: Logic::None,
+        }
+    }
+
+    /// A plan without profile: nothing is permitted.
+    pub fn empty() -> Self {
+        Self::base(Profile::None, 0)
+    }
+
+    /// Builds the plan of the image's profile.
+    pub fn build(image: &Image<'_>) -> Self {
+        match image.profile {
+            Profile::AmkKw => amk::build(image),
+            _ => Self::new(image),
+        }
+    }
+
+    /// Enters cc-factor and comparison limits (DEC-20).
+    pub fn set_comparison(&mut self, factor: i32, position: i32, speed_rpm: i32) {
+        let steps = u64::from(factor.clamp(7, 199).unsigned_abs()).saturating_add(1);
+        self.tolerance_ns = steps.saturating_mul(TOLERANCE_STEP_NS);
+        self.position_difference = i64::from(position.max(0));
+        self.speed_difference = i64::from(speed_rpm.max(0)).saturating_mul(1_000);
+    }
+
+    /// Enters what profiles without parameters of their own take from `[common]` (DEC-50).
+    pub fn set_common(&mut self, image: &Image<'_>) {
+        let factor = image.value(common::CC_FACTOR, 7);
+        let position = image.value(common::POSITION_DIFFERENCE, 450);
+        self.set_comparison(factor, position, image.value(common::SPEED_DIFFERENCE, 315));
+        let slot = image.value(common::ENCODER_B, 1);
+        self.encoder.slot = Some(u8::from(slot == 2));
+        self.encoder.periods = image.value(common::PERIODS_PER_REVOLUTION, 1024).max(1).unsigned_abs();
+    }
+
+    /// Limits of the comparison for a cycle of `cycle_ns`.
+    pub fn limits(&self, cycle_ns: u64) -> Limits {
+        let mut stop_bits = Word::ZERO;
+        if self.bits.sto_active != NO_BIT {
+            stop_bits = stop_bits.with(self.bits.sto_active, true);
+        }
+        for (_, stop) in self.stops.all() {
+            for bit in [stop.spec.status, stop.standing_status] {
+                stop_bits = if bit == NO_BIT { stop_bits } else { stop_bits.with(bit, true) };
+            }
+        }
+        let tolerance = self.tolerance_ns.checked_div(cycle_ns).unwrap_or(0);
+        Limits { position: self.position_difference, speed: self.speed_difference, tolerance, stop_bits }
+    }
+}
+
+impl Logic {
+    /// Functions requested in this cycle, 1 = requested.
+    pub fn requests(&mut self, bits: &Bits, asked: &Asked<'_>) -> Word {
+        match self {
+            Self::Amk(logic) => logic.requests(bits, asked),
+            Self::None => plain_requests(bits, asked.word),
+        }
+    }
+
+    /// What a violation is called.
+    pub fn code(&self, spec: &Spec, breach: Breach, _phase: Phase, reaction: Reaction) -> ErrorCode {
+        match self {
+            Self::Amk(_) => amk::code(spec, breach, reaction),
+            Self::None => ErrorCode::single(1),
+        }
+    }
+
+    /// The profile's name for an internal fault that AMK numbers as `code`.
+    pub const fn internal(&self, code: ErrorCode) -> ErrorCode {
+        code
+    }
+
+    /// Supervision a profile has beside the functions (AMK: SEM).
+    pub fn watch(&mut self, asked: &Asked<'_>, stops: &Stops, ledger: &mut Ledger) {
+        match self {
+            Self::Amk(logic) => logic.watch(asked, stops, ledger),
+            Self::None => {}
+        }
+    }
+}
+
+/// Requests straight from the control word.
+pub fn plain_requests(bits: &Bits, word: &Word) -> Word {
+    let mut parts = [0; 8];
+    let masks = bits.low.0.iter().zip(bits.high.0);
+    for ((part, given), (low, high)) in parts.iter_mut().zip(word.0).zip(masks) {
+        *part = (!given & low) | (given & high);
+    }
+    Word(parts)
+}
+
+/// Every plausibility rule this channel is responsible for, told to `report` with the code
+/// of its row. An image that cannot be read at all is reported as such.
+pub fn findings(image: &[u8], report: &mut dyn FnMut(ErrorCode)) {
+    match Image::open(image) {
+        Ok(image) => judge(&image, report),
+        Err(flaw) => report(image_code(flaw)),
+    }
+}
+
+/// The rules of the image's profile.
+pub fn judge(image: &Image<'_>, report: &mut dyn FnMut(ErrorCode)) {
+    match image.profile {
+        Profile::AmkKw => amk_rules::findings(
+            &|number| i64::from(amk::parameter(image, number)),
+            &|number| image.find(number).map(i64::from),
+            report,
+        ),
+        _ => report(ErrorCode::amk(3609, 128, 6, 56)),
+    }
+}
+
+/// 3609/128: the current set is invalid, found by channel 2 at start (Info3 56).
+const fn image_code(flaw: Flaw) -> ErrorCode {
+    let info2 = match flaw {
+        Flaw::Form | Flaw::Version => 6,
+        Flaw::CheckSum | Flaw::Order => 4,
+        Flaw::Signature => 9,
+    };
+    ErrorCode::amk(3609, 128, info2, 56)
+}
