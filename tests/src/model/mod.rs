@@ -11,10 +11,11 @@
 //! - [`exact`], [`approach`], [`filter`]: the primitives
 //! - [`script`]: short scripts for tests
 //! - [`pair`]: two channels and crosscheck: agreement, comparison, combination
-//! - [`amk`], [`etg`]: one channel of each profile
+//! - [`amk`], [`atv`], [`etg`]: one channel of each profile
 
 pub mod amk;
 pub mod approach;
+pub mod atv;
 pub mod etg;
 pub mod exact;
 pub mod filter;
@@ -159,6 +160,7 @@ impl Model {
         let channel = |which| -> Box<dyn Channel> {
             match profile {
                 Profile::AmkKw => Box::new(amk::Amk::new(parameters, which)),
+                Profile::Atv340 => Box::new(atv::Atv::new(parameters)),
                 Profile::Etg61002 => Box::new(etg::Etg::new(parameters)),
                 other => panic!("no model of {}", other.name()),
             }
