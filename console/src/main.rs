@@ -1,2 +1,37 @@
-//! The one command.
-fn main() {}
+//! `safepair`: the one command (design section 10).
+//!
+//! Every command exits 0 when it did its job, 1 when what it judged fell short, and 2 on bad
+//! input with one clear line.
+
+mod black_channel;
+mod demo;
+mod picture;
+mod report;
+mod run;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// A safe pair of hands for every axis. Certified by nobody.
+#[derive(Debug, Parser)]
+#[command(version, about)]
+enum Command {
+    /// Show the main job: an axis runs, exceeds a limit, is stopped; a channel is killed.
+    Demo(demo::Args),
+    /// Look at the black channel without a machine.
+    BlackChannel(black_channel::Args),
+    /// A black-channel device behind a UDP socket.
+    Gateway(black_channel::gateway::Args),
+    /// Start everything for one machine: simulated drive, both channels, crosscheck.
+    Run(run::Args),
+}
+
+fn main() -> ExitCode {
+    match Command::parse() {
+        Command::Demo(args) => demo::run(&args),
+        Command::BlackChannel(args) => black_channel::run(&args),
+        Command::Gateway(args) => black_channel::gateway::run(&args),
+        Command::Run(args) => run::run(&args),
+    }
+}

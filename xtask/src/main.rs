@@ -1,2 +1,111 @@
-//! xtask.
-fn main() {}
+//! One command for everything that is done with this project: `cargo xtask <task>`.
+//!
+//! CI runs the same tasks as a person.
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::{Command, ExitCode},
+    time::Instant,
+};
+
+const TASKS: &[(&str, &str, fn(&[String]) -> Outcome)] = &[
+    ("demo", "build, run a simulated axis into its limit, show what happened", demo),
+    ("test", "build everything and pass all tests", test),
+    ("check", "format, lints, dependencies", check),
+    ("no-panic", "link the three cores without any reachable panic", no_panic),
+    ("ci", "check, no-panic, test, demo", ci),
+];
+
+type Outcome = Result<(), String>;
+
+fn main() -> ExitCode {
+    let mut words = env::args().skip(1);
+    let task = words.next().unwrap_or_default();
+    let rest: Vec<String> = words.collect();
+    let Some((name, _, run)) = TASKS.iter().find(|(name, _, _)| *name == task) else {
+        eprintln!("cargo xtask <task>, where <task> is one of");
+        for (name, purpose, _) in TASKS {
+            eprintln!("  {name:10} {purpose}");
+        }
+        return ExitCode::from(2);
+    };
+    let start = Instant::now();
+    match run(&rest) {
+        Ok(()) => {
+            eprintln!("xtask {name}: done in {} s", start.elapsed().as_secs());
+            ExitCode::SUCCESS
+        }
+        Err(line) => {
+            eprintln!("xtask {name}: {line}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map_or_else(PathBuf::new, Path::to_path_buf)
+}
+
+fn target() -> PathBuf {
+    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}
+
+fn cargo(arguments: &[&str]) -> Outcome {
+    run(Command::new(env!("CARGO")).args(arguments).current_dir(root()))
+}
+
+fn run(command: &mut Command) -> Outcome {
+    eprintln!("+ {}", format!("{command:?}").replace('"', ""));
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{:?} ended with {status}", command.get_program())),
+        Err(error) => Err(format!("{:?}: {error}", command.get_program())),
+    }
+}
+
+fn demo(rest: &[String]) -> Outcome {
+    cargo(&["build", "--release", "--workspace", "--bins"])?;
+    let program = target().join("release/safepair");
+    run(Command::new(program).arg("demo").args(rest).current_dir(root()))
+}
+
+fn test(rest: &[String]) -> Outcome {
+    // Whole-system tests start the programs that stand beside them.
+    cargo(&["build", "--workspace", "--bins"])?;
+    let mut arguments = vec!["test", "--workspace", "--no-fail-fast"];
+    arguments.extend(rest.iter().map(String::as_str));
+    cargo(&arguments)
+}
+
+fn check(_: &[String]) -> Outcome {
+    cargo(&["fmt", "--all", "--check"])?;
+    cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"])?;
+    let installed = Command::new(env!("CARGO")).args(["deny", "--version"]).output().is_ok_and(|o| o.status.success());
+    if installed {
+        return cargo(&["deny", "--offline", "check", "--hide-inclusion-graph", "licenses", "bans", "sources"]);
+    }
+    eprintln!("note: cargo deny is not installed; licences and sources were not checked");
+    Ok(())
+}
+
+fn no_panic(_: &[String]) -> Outcome {
+    for core in ["channel-a", "channel-b", "crosscheck"] {
+        let manifest = root().join("tests/no-panic/Cargo.toml");
+        let mut command = Command::new(env!("CARGO"));
+        command.args(["build", "--release", "--quiet", "--features", core]).arg("--manifest-path").arg(manifest);
+        // One directory for each core, so that the artefacts can be looked at afterwards.
+        command.env("CARGO_TARGET_DIR", target().join("no-panic").join(core));
+        // A shared library may leave symbols open by default; this one may not.
+        command.env("RUSTFLAGS", "-C link-arg=-nostartfiles -C link-arg=-Wl,-z,defs -C link-arg=-Wl,--gc-sections");
+        run(&mut command).map_err(|_| format!("a panic can be reached in the core of {core}"))?;
+    }
+    Ok(())
+}
+
+fn ci(_: &[String]) -> Outcome {
+    check(&[])?;
+    no_panic(&[])?;
+    test(&[])?;
+    demo(&["--out".to_owned(), target().join("demo").display().to_string()])
+}
