@@ -1,0 +1,109 @@
+//! The cycle: absolute deadlines, every overrun counted.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use shm_schema::command::{Command, CommandSource};
+use shm_schema::exchange::{Inputs, Published, Received};
+use shm_schema::inhibit::Inhibit;
+
+use super::cells::{Axes, Axis};
+use super::ending::Ending;
+use super::options::Options;
+use super::realtime::{now_ns, sleep_until};
+
+/// What is the same for all axes.
+struct Shared {
+    plain_command: bool,
+    image_sound: bool,
+    overruns: u8,
+}
+
+/// An axis and what it published last.
+struct Seat {
+    axis: Axis,
+    published: Option<Published>,
+    edges: u64,
+}
+
+impl Drop for Seat {
+    /// On every way out the path is off.
+    fn drop(&mut self) {
+        self.axis.line.off();
+        self.axis.inhibit.publish(&Inhibit { permit: false, edges: self.edges }, now_ns());
+    }
+}
+
+/// Runs until the end is wanted.
+pub fn run(options: &Options, mut axes: Axes, ending: &Ending, sound: &AtomicBool) {
+    let cycle_ns = options.cycle_ns();
+    let phase_ns = options.phase_us * 1_000;
+    let seat = |axis| Seat { axis, published: None, edges: 0 };
+    let mut seats: Vec<Seat> = axes.axes.drain(..).map(seat).collect();
+    let mut due_ns = next_boundary(now_ns(), cycle_ns, phase_ns);
+    let mut shared = Shared { plain_command: options.plain_command, image_sound: true, overruns: 0 };
+    while !ending.is_wanted() {
+        sleep_until(due_ns);
+        let woken_ns = now_ns();
+        let late = woken_ns >= due_ns + cycle_ns;
+        shared.overruns = if late { shared.overruns.saturating_add(1) } else { 0 };
+        shared.image_sound = sound.load(Ordering::Relaxed);
+        for seat in &mut seats {
+            seat.step(&shared, now_ns());
+        }
+        due_ns = if late { next_boundary(woken_ns, cycle_ns, phase_ns) } else { due_ns + cycle_ns };
+    }
+    drop(seats);
+}
+
+/// The first multiple of the cycle plus phase behind `now`.
+fn next_boundary(now_ns: u64, cycle_ns: u64, phase_ns: u64) -> u64 {
+    let cycles = now_ns.saturating_sub(phase_ns) / cycle_ns;
+    (cycles + 1) * cycle_ns + phase_ns
+}
+
+impl Seat {
+    fn step(&mut self, shared: &Shared, now_ns: u64) {
+        let axis = &mut self.axis;
+        let inputs = Inputs {
+            encoder: axis.encoder.read(),
+            motion: None,
+            io: axis.io.read(),
+            command: accepted(axis.command.read(), shared.plain_command),
+            partner: axis.partner.read(),
+            agreement: axis.agreement.read(),
+            readback: axis.readback.read(),
+            published: self.published,
+            overruns: shared.overruns,
+            image_sound: shared.image_sound,
+        };
+        let outputs = axis.monitor.step(&inputs, now_ns);
+        axis.line.drive(&outputs.inhibit);
+        axis.inhibit.publish(&outputs.inhibit, now_ns);
+        self.edges = outputs.inhibit.edges;
+        let crc32 = axis.report.publish(&outputs.report, now_ns);
+        self.published = Some(Published { exchange: outputs.report.exchange, crc32 });
+    }
+}
+
+/// An unprotected command is no command unless it was allowed.
+fn accepted(mut received: Received<Command>, plain: bool) -> Received<Command> {
+    if let Ok(cell) = &mut received {
+        let unprotected = cell.payload.source == CommandSource::Plain;
+        if unprotected && !plain {
+            cell.payload.source = CommandSource::None;
+        }
+    }
+    received
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next_boundary;
+
+    #[test]
+    fn boundaries_are_multiples_of_the_cycle_plus_the_phase() {
+        assert_eq!(next_boundary(0, 1_000, 300), 1_300);
+        assert_eq!(next_boundary(1_299, 1_000, 300), 1_300);
+        assert_eq!(next_boundary(1_300, 1_000, 300), 2_300);
+    }
+}

@@ -1,0 +1,73 @@
+//! How the process ends: SIGTERM, SIGINT, or the supervisor's death. A thread of its own
+//! waits for them, so that the cycle asks one atomic only.
+
+use std::os::fd::RawFd;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// The cycle has this long to switch the path off before the process ends anyway.
+const GRACE: Duration = Duration::from_millis(200);
+
+/// The wish to end.
+pub struct Ending(Arc<AtomicBool>);
+
+impl Ending {
+    /// Blocks the signals in this and all later threads and starts the watcher.
+    pub fn watch(supervisor: Option<RawFd>) -> Self {
+        let wanted = Arc::new(AtomicBool::new(false));
+        let signals = signal_fd();
+        let flag = Arc::clone(&wanted);
+        std::thread::spawn(move || {
+            wait(signals, supervisor.unwrap_or(-1));
+            flag.store(true, Ordering::Release);
+            std::thread::sleep(GRACE);
+            // The cycle did not end: the dead-man of the path does the rest.
+            // SAFETY: ends the process; nothing of it is used afterwards.
+            unsafe { libc::_exit(0) }
+        });
+        Self(wanted)
+    }
+
+    /// The process has to end.
+    pub fn is_wanted(&self) -> bool {
+        self.0.load(Ordering::Acquire)
+    }
+}
+
+fn signal_fd() -> RawFd {
+    // SAFETY: an all-zero sigset_t is valid storage, and the calls only write to it.
+    unsafe {
+        let mut set: libc::sigset_t = core::mem::zeroed();
+        libc::sigemptyset(&raw mut set);
+        libc::sigaddset(&raw mut set, libc::SIGTERM);
+        libc::sigaddset(&raw mut set, libc::SIGINT);
+        libc::pthread_sigmask(libc::SIG_BLOCK, &raw const set, core::ptr::null_mut());
+        libc::signalfd(-1, &raw const set, libc::SFD_CLOEXEC)
+    }
+}
+
+/// Returns when a signal is pending, the pipe has ended, or waiting itself fails.
+fn wait(signals: RawFd, supervisor: RawFd) {
+    let poll = |fd| libc::pollfd { fd, events: libc::POLLIN, revents: 0 };
+    loop {
+        let mut watched = [poll(signals), poll(supervisor)];
+        // SAFETY: the array lives over the call and its length is passed.
+        let found = unsafe { libc::poll(watched.as_mut_ptr(), watched.len() as libc::nfds_t, -1) };
+        let interrupted = std::io::Error::last_os_error().kind() == std::io::ErrorKind::Interrupted;
+        if found < 0 && interrupted {
+            continue;
+        }
+        return;
+    }
+}
+
+/// Tells the supervisor that the cycle starts.
+pub fn ready(fd: Option<RawFd>) {
+    let Some(fd) = fd else { return };
+    // SAFETY: the descriptor was passed to this process for this purpose and is not used again.
+    unsafe {
+        libc::write(fd, b"R".as_ptr().cast(), 1);
+        libc::close(fd);
+    }
+}
