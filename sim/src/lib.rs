@@ -8,5 +8,9 @@
 //! - [`trace`]: written or recorded traces, read without rounding
 #![forbid(unsafe_code)]
 
+pub mod machine;
+pub mod random;
+pub mod replay;
 pub mod shm;
+pub mod signals;
 pub mod trace;

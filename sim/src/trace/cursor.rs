@@ -2,7 +2,7 @@
 
 use shm_schema::exchange::Motion;
 
-use super::{AxisTrace, Course, Step, Walker};
+use super::{AxisTrace, Course, Polyline, Step, Walker};
 
 /// What an axis is and does at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +50,7 @@ impl CourseWalker<'_> {
 
 fn speed_at(line: &mut Walker<'_>, at_ns: i64) -> (i64, i32) {
     line.advance(at_ns);
-    (line.integral(at_ns), narrow(line.value(at_ns, 1_000)))
+    (line.integral(at_ns, 1), narrow(line.value(at_ns, 1_000)))
 }
 
 fn narrow(value: i64) -> i32 {
@@ -93,6 +93,17 @@ impl<'a> Cursor<'a> {
         Instant { motion_a, motion_b, torque_ppm, step: self.step_at(at_ns) }
     }
 
+    /// Positions of both encoders at the time of the last [`Self::at`], in 1/`parts` increments.
+    pub fn fine(&self, at_ns: i64, parts: i64) -> [i64; 2] {
+        let first = match &self.course {
+            CourseWalker::Speed(line) => line.integral(at_ns, parts),
+            CourseWalker::Position(line) => line.value(at_ns, parts.into()),
+        };
+        let second = self.second_speed.as_ref().map_or(first, |line| line.integral(at_ns, parts));
+        let offset = self.second_offset.as_ref().map_or(0, |line| line.value(at_ns, parts.into()));
+        [first, second.saturating_add(offset)]
+    }
+
     fn step_at(&mut self, at_ns: i64) -> Step {
         while let Some(((from_ns, step), later)) = self.steps.split_first() {
             if *from_ns > at_ns {
@@ -104,8 +115,6 @@ impl<'a> Cursor<'a> {
         self.step
     }
 }
-
-use super::Polyline;
 
 fn value(line: &mut Option<Walker<'_>>, at_ns: i64, factor: i128) -> Option<i64> {
     let line = line.as_mut()?;

@@ -2,7 +2,7 @@
 //! straight lines or held, and evaluated without rounding before the last step.
 
 mod cursor;
-mod decimal;
+pub(crate) mod decimal;
 mod fault;
 mod parse;
 mod polyline;

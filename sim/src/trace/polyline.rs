@@ -6,6 +6,8 @@ use super::decimal::{Decimal, round_offset_quotient, round_quotient};
 /// a revolution.
 const INCREMENTS_NUMERATOR: i128 = 2_048;
 const INCREMENTS_DENOMINATOR: i128 = 1_875;
+/// Finest parts of an increment that [`Walker::integral`] gives.
+pub const PARTS_MAX: i64 = 256;
 const NS_PER_MS: i128 = 1_000_000;
 
 /// Points joined by straight lines; before the first and behind the last the value stands.
@@ -88,8 +90,8 @@ impl Segment {
         let duration = i128::from(self.end_ns - self.start_ns);
         let sides = self.from.abs().checked_mul(2)?.checked_add(self.rise.abs())?;
         let area = sides.checked_mul(self.length)?.checked_mul(duration)?;
-        let integral = area.checked_mul(2 * INCREMENTS_NUMERATOR)?;
-        let rest = denominator(unit)?.checked_mul(self.length)?;
+        let integral = area.checked_mul(2 * INCREMENTS_NUMERATOR)?.checked_mul(PARTS_MAX.into())?;
+        let rest = denominator(unit)?.checked_mul(self.length)?.checked_mul(PARTS_MAX.into())?;
         let slope = self.rise.abs().checked_mul(SLOPE_NUMERATOR)?;
         let value = sides.checked_mul(self.length)?.checked_mul(1_000_000)?;
         let divisor = unit.checked_mul(duration)?.checked_mul(INCREMENTS_NUMERATOR)?;
@@ -166,12 +168,15 @@ impl<'a> Walker<'a> {
         saturated(round_quotient(numerator * factor, self.line.unit * segment.length))
     }
 
-    /// The integral of a line in rpm from time 0, increments, rounded to nearest.
-    pub fn integral(&self, at_ns: i64) -> i64 {
+    /// The integral of a line in rpm from time 0 in 1/`parts` increments (at most
+    /// [`PARTS_MAX`]), rounded to nearest.
+    pub fn integral(&self, at_ns: i64, parts: i64) -> i64 {
         let segment = &self.segment;
+        let parts = i128::from(parts);
         let area = segment.double_area(at_ns) * INCREMENTS_NUMERATOR;
-        let numerator = self.rest * segment.length + area;
-        saturated(round_offset_quotient(self.whole, numerator, self.denominator() * segment.length))
+        let numerator = (self.rest * segment.length + area) * parts;
+        let whole = self.whole.saturating_mul(parts);
+        saturated(round_offset_quotient(whole, numerator, self.denominator() * segment.length))
     }
 
     /// Slope of the segment that ends at or behind the present time, for a line in

@@ -1,0 +1,397 @@
+//! One axis, cycle by cycle.
+
+use shm_schema::agreement::Agreement;
+use shm_schema::command::{Command, CommandSource};
+use shm_schema::drive::DriveRequest;
+use shm_schema::encoder::{Encoder, Slot};
+use shm_schema::exchange::{
+    CellFault, CrosscheckInputs, CrosscheckOutputs, Inputs, Motion, Outputs, Published, Received, Sampled,
+    Start,
+};
+use shm_schema::inhibit::{Inhibit, Readback};
+use shm_schema::report::Report;
+use shm_schema::word::Word;
+
+use super::{Channel, Codes, Cores, Evaluator, Lines, Referee, View, Wiring};
+use crate::signals::{FINE, Signals};
+use crate::trace::{Fault, Faults};
+
+/// Time of cycle 0, ns: nothing in a core may depend on it, and nothing underflows.
+const EPOCH_NS: u64 = 1_000_000_000;
+
+/// How an axis is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Power-up, or a machine that has run for ever.
+    pub start: Start,
+    /// The cores evaluate raw encoder signals instead of getting the exact motion.
+    pub raw_encoder: bool,
+    /// Cycle, ns.
+    pub cycle_ns: u64,
+    /// Noise of sine and cosine, counts each way.
+    pub noise: i16,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        // One count of noise: real samples are never identical.
+        Self { start: Start::Settled, raw_encoder: false, cycle_ns: 1_000_000, noise: 1, seed: 1 }
+    }
+}
+
+/// Everything from outside during one cycle.
+#[derive(Debug, Clone, Copy)]
+pub struct Stimulus {
+    /// What channel A's encoder sees.
+    pub motion_a: Motion,
+    /// What channel B's encoder sees.
+    pub motion_b: Motion,
+    /// Both positions in 1/[`FINE`] increments, for raw signals; `None`: those of the motions.
+    pub fine: Option<[i64; 2]>,
+    /// Torque, millionths of the rated torque.
+    pub torque_ppm: i32,
+    /// The profile's control word.
+    pub word: Word,
+    /// Safe input lines.
+    pub lines: Lines,
+    /// Non-safe command "clear error".
+    pub clear_error: bool,
+    /// The drive says its speed is zero.
+    pub drive_n0: bool,
+    /// The drive's power stage is enabled.
+    pub drive_enabled: bool,
+    /// Faults of this cycle.
+    pub faults: Faults,
+}
+
+/// One channel with its path and its place in shared memory.
+#[derive(Debug)]
+pub(super) struct Side<T> {
+    pub(super) core: T,
+    inputs: Inputs,
+    outputs: Outputs,
+    report: Received<Report>,
+    signals: [Signals; 2],
+    frozen: Option<[Slot; 2]>,
+    evaluator: Evaluator,
+}
+
+/// The machine of one axis.
+#[derive(Debug)]
+pub struct Axis<A, B, C> {
+    pub(super) a: Side<A>,
+    pub(super) b: Side<B>,
+    pub(super) crosscheck: C,
+    outputs: CrosscheckOutputs,
+    agreement: Received<Agreement>,
+    readback: Received<Readback>,
+    encoder_sequence: Option<u64>,
+    options: Options,
+    pole_pairs: i64,
+    cycle: u64,
+    views: [View; 3],
+}
+
+impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
+    /// An axis before its first cycle.
+    pub fn new(cores: Cores<A, B, C>, wiring: &Wiring, options: Options) -> Self {
+        let signals = |side: u64| {
+            let seed = |slot: u64| options.seed.wrapping_mul(4).wrapping_add(2 * side + slot);
+            let make = |slot: usize| Signals::new(wiring.slots[slot], options.noise, seed(slot as u64));
+            [make(0), make(1)]
+        };
+        // A settled machine has been permitted for ever; the cores take no information of
+        // the first step as permitting then.
+        let settled = options.start == Start::Settled;
+        Self {
+            a: Side::new(cores.a, signals(0), settled),
+            b: Side::new(cores.b, signals(1), settled),
+            crosscheck: cores.crosscheck,
+            outputs: CrosscheckOutputs {
+                agreement: Agreement::default(),
+                drive: DriveRequest::default(),
+                torque: false,
+            },
+            agreement: Err(CellFault::Missing),
+            readback: Err(CellFault::Missing),
+            encoder_sequence: None,
+            options,
+            pole_pairs: wiring.pole_pairs.into(),
+            cycle: 0,
+            views: [View::default(); 3],
+        }
+    }
+
+    /// One cycle. Afterwards [`Self::views`] show a, b and crosscheck.
+    pub fn step(&mut self, stimulus: &Stimulus) {
+        let faults = stimulus.faults;
+        let now_ns = EPOCH_NS.wrapping_add(self.cycle.wrapping_mul(self.options.cycle_ns));
+        self.sample(stimulus, now_ns);
+        self.a.inputs.partner = self.b.report;
+        self.step_a(faults, now_ns);
+        self.b.inputs.partner = corrupted(self.a.report, faults.has(Fault::CorruptReportA));
+        self.step_b(faults, now_ns);
+        self.evaluate(faults);
+        self.step_crosscheck(faults, now_ns);
+        self.publish_readback(now_ns);
+        self.look();
+        self.cycle += 1;
+    }
+
+    /// What the last cycle showed of a, b and crosscheck.
+    pub const fn views(&self) -> &[View; 3] {
+        &self.views
+    }
+
+    /// What the controller asks of the drive.
+    pub const fn drive_request(&self) -> &DriveRequest {
+        &self.outputs.drive
+    }
+
+    /// Both paths permit torque.
+    pub const fn torque(&self) -> bool {
+        self.a.evaluator.on() & self.b.evaluator.on()
+    }
+
+    /// Report of channel A and of channel B, as they stand.
+    pub const fn reports(&self) -> [&Report; 2] {
+        [&self.a.outputs.report, &self.b.outputs.report]
+    }
+
+    /// Cycles done.
+    pub const fn cycles(&self) -> u64 {
+        self.cycle
+    }
+
+    fn sample(&mut self, stimulus: &Stimulus, now_ns: u64) {
+        let sample = EncoderSample {
+            sequence: self.cycle + 1,
+            now_ns,
+            faults: stimulus.faults,
+            raw: self.options.raw_encoder,
+            period_ns: self.options.cycle_ns as u32,
+            torque_ppm: stimulus.torque_ppm,
+            pole_pairs: self.pole_pairs,
+        };
+        if !stimulus.faults.has(Fault::StaleEncoder) {
+            let corrupt = stimulus.faults.has(Fault::CorruptEncoder);
+            self.encoder_sequence = if corrupt { None } else { Some(sample.sequence) };
+        }
+        let (agreement, readback) = (self.agreement, self.readback);
+        let whole = [stimulus.motion_a.position, stimulus.motion_b.position];
+        let [fine_a, fine_b] = stimulus.fine.unwrap_or(whole.map(|position| position.saturating_mul(FINE)));
+        let [freeze_a, freeze_b] =
+            [Fault::FreezeEncoder1, Fault::FreezeEncoder2].map(|f| stimulus.faults.has(f));
+        self.a.sense(&sample, &stimulus.motion_a, fine_a, freeze_a);
+        self.b.sense(&sample, &stimulus.motion_b, fine_b, freeze_b);
+        self.a.receive(stimulus, &sample, agreement, readback);
+        self.b.receive(stimulus, &sample, agreement, readback);
+    }
+
+    fn step_a(&mut self, faults: Faults, now_ns: u64) {
+        if !faults.has(Fault::FreezeA) {
+            self.a.step(now_ns, self.cycle);
+        }
+    }
+
+    fn step_b(&mut self, faults: Faults, now_ns: u64) {
+        if !faults.has(Fault::FreezeB) {
+            self.b.step(now_ns, self.cycle);
+        }
+    }
+
+    fn step_crosscheck(&mut self, faults: Faults, now_ns: u64) {
+        if faults.has(Fault::FreezeCrosscheck) {
+            return;
+        }
+        let inputs = CrosscheckInputs {
+            report_a: corrupted(self.a.report, faults.has(Fault::CorruptReportA)),
+            report_b: self.b.report,
+            readback: self.readback,
+            encoder_sequence: self.encoder_sequence,
+            overruns: 0,
+        };
+        self.outputs = self.crosscheck.step(&inputs, now_ns);
+        self.agreement = Ok(next(&self.agreement, now_ns, self.cycle, self.outputs.agreement));
+    }
+
+    fn evaluate(&mut self, faults: Faults) {
+        self.a.evaluate(faults.has(Fault::StuckPathA));
+        self.b.evaluate(faults.has(Fault::StuckPathB));
+    }
+
+    /// The producer publishes in the next cycle what its evaluator sees in this one.
+    fn publish_readback(&mut self, now_ns: u64) {
+        let readback = Readback {
+            path_a: self.a.evaluator.on(),
+            path_b: self.b.evaluator.on(),
+            edges_a: self.a.evaluator.seen(),
+            edges_b: self.b.evaluator.seen(),
+        };
+        let at_ns = now_ns.wrapping_add(self.options.cycle_ns);
+        self.readback = Ok(next(&self.readback, at_ns, self.cycle, readback));
+    }
+
+    fn look(&mut self) {
+        let agreement = &self.outputs.agreement;
+        let [a, b] = [self.a.view(), self.b.view()];
+        let errors = [&self.a.outputs.report.errors, &self.b.outputs.report.errors, &agreement.errors];
+        let crosscheck = View {
+            status: agreement.status,
+            // A frozen crosscheck cannot withdraw what its agreement says: the channels do.
+            torque: self.outputs.torque & a.torque & b.torque,
+            path: a.path & b.path,
+            errors: Codes::union(&errors),
+            position: agreement.position,
+            speed_mrpm: agreement.speed_mrpm,
+        };
+        self.views = [a, b, crosscheck];
+    }
+}
+
+/// What both encoder samples of a cycle have in common.
+struct EncoderSample {
+    sequence: u64,
+    now_ns: u64,
+    faults: Faults,
+    raw: bool,
+    period_ns: u32,
+    torque_ppm: i32,
+    pole_pairs: i64,
+}
+
+impl<T: Channel> Side<T> {
+    fn new(core: T, signals: [Signals; 2], settled: bool) -> Self {
+        let nothing = CellFault::Missing;
+        Self {
+            core,
+            inputs: Inputs {
+                encoder: Err(nothing),
+                motion: None,
+                io: Err(nothing),
+                command: Err(nothing),
+                partner: Err(nothing),
+                agreement: Err(nothing),
+                readback: Err(nothing),
+                published: None,
+                overruns: 0,
+                image_sound: true,
+            },
+            outputs: Outputs { report: Report::default(), inhibit: Inhibit::default() },
+            report: Err(nothing),
+            signals,
+            frozen: None,
+            evaluator: Evaluator::new(settled),
+        }
+    }
+
+    fn sense(&mut self, sample: &EncoderSample, motion: &Motion, fine: i64, freeze: bool) {
+        if sample.faults.has(Fault::StaleEncoder) {
+            return;
+        }
+        let slots = self.slots(sample.raw, fine, freeze);
+        let payload = Encoder {
+            slots,
+            drive_position: motion.position,
+            // DEC-32: f = n * pole pairs / 60
+            frequency_mhz: (i64::from(motion.speed_mrpm) * sample.pole_pairs / 60) as i32,
+            torque_ppm: sample.torque_ppm,
+            period_ns: sample.period_ns,
+        };
+        let (sequence, timestamp_ns) = (sample.sequence, sample.now_ns);
+        self.inputs.encoder = Ok(Sampled { sequence, timestamp_ns, crc32: stand_in(sequence), payload });
+        self.inputs.motion = if sample.raw { None } else { Some(*motion) };
+        if sample.faults.has(Fault::CorruptEncoder) {
+            self.inputs.encoder = Err(CellFault::CheckSum);
+            self.inputs.motion = None;
+        }
+    }
+
+    fn slots(&mut self, raw: bool, fine: i64, freeze: bool) -> [Slot; 2] {
+        if !raw {
+            return [Slot::default(); 2];
+        }
+        if let (true, Some(slots)) = (freeze, self.frozen) {
+            return slots;
+        }
+        let [first, second] = &mut self.signals;
+        let slots = [first.slot(fine), second.slot(fine)];
+        self.frozen = Some(slots);
+        slots
+    }
+
+    fn receive(
+        &mut self,
+        stimulus: &Stimulus,
+        sample: &EncoderSample,
+        agreement: Received<Agreement>,
+        readback: Received<Readback>,
+    ) {
+        self.inputs.agreement = agreement;
+        self.inputs.readback = readback;
+        let (sequence, timestamp_ns) = (sample.sequence, sample.now_ns);
+        let crc32 = stand_in(sequence);
+        let io = match &self.inputs.io {
+            Ok(before) => {
+                let mut io = before.payload;
+                stimulus.lines.sample(&mut io, sample.period_ns.into());
+                io
+            }
+            Err(_) => stimulus.lines.settled(),
+        };
+        self.inputs.io = Ok(Sampled { sequence, timestamp_ns, crc32, payload: io });
+        let command = Command {
+            source: CommandSource::Plain,
+            clear_error: stimulus.clear_error,
+            drive_n0: stimulus.drive_n0,
+            drive_enabled: stimulus.drive_enabled,
+            word: stimulus.word,
+            ..Command::default()
+        };
+        self.inputs.command = Ok(Sampled { sequence, timestamp_ns, crc32, payload: command });
+    }
+
+    fn step(&mut self, now_ns: u64, cycle: u64) {
+        self.outputs = self.core.step(&self.inputs, now_ns);
+        let sampled = next(&self.report, now_ns, cycle, self.outputs.report);
+        self.inputs.published = Some(Published { exchange: sampled.payload.exchange, crc32: sampled.crc32 });
+        self.report = Ok(sampled);
+    }
+
+    fn evaluate(&mut self, stuck: bool) {
+        self.evaluator.step(&self.outputs.inhibit);
+        if stuck {
+            self.evaluator.stick();
+        }
+    }
+
+    fn view(&self) -> View {
+        let report = &self.outputs.report;
+        View {
+            status: report.status,
+            torque: self.outputs.inhibit.permit,
+            path: self.evaluator.on(),
+            errors: Codes::union(&[&report.errors]),
+            position: report.position,
+            speed_mrpm: report.speed_mrpm,
+        }
+    }
+}
+
+fn corrupted<T>(cell: Received<T>, corrupt: bool) -> Received<T> {
+    if corrupt { Err(CellFault::CheckSum) } else { cell }
+}
+
+/// The next update of a cell.
+fn next<T>(before: &Received<T>, timestamp_ns: u64, cycle: u64, payload: T) -> Sampled<T> {
+    let sequence = before.as_ref().map_or(1, |cell| cell.sequence + 1);
+    Sampled { sequence, timestamp_ns, crc32: stand_in(cycle.wrapping_add(sequence)), payload }
+}
+
+/// Stands in for the check sum of a cell, which nobody computes in virtual time: different
+/// for each update, never 0.
+const fn stand_in(number: u64) -> u32 {
+    (number as u32).wrapping_mul(0x9E37_79B1) | 1
+}
