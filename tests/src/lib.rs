@@ -1,3 +1,7 @@
-//! Whole-system tests and the reference model.
+//! Whole-system tests, and what they compare with.
+//!
+//! - [`model`]: the reference model, written apart from both channels
+//! - [`compare`]: random comparison of the model with the real cores
 
+pub mod compare;
 pub mod model;

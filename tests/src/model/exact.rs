@@ -49,9 +49,16 @@ impl Ratio {
         if other < self { other } else { self }
     }
 
-    /// Rounded towards zero, for display.
-    pub fn to_whole(self) -> i64 {
-        (self.numerator / self.denominator) as i64
+    /// The quotient by a positive whole number.
+    pub fn over(self, divisor: i64) -> Self {
+        Self::new(self.numerator, self.denominator * i128::from(divisor))
+    }
+
+    /// Rounded to the nearest whole number, halves away from zero.
+    pub fn to_nearest(self) -> i64 {
+        let twice = 2 * self.numerator.abs() + self.denominator;
+        let size = (twice / (2 * self.denominator)) as i64;
+        if self.numerator < 0 { -size } else { size }
     }
 }
 

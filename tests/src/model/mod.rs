@@ -34,8 +34,8 @@ pub struct ModelInput {
     pub position: i64,
     /// Speed, 1/1000 rpm.
     pub speed_mrpm: i64,
-    /// Torque, per mille of the rated torque.
-    pub torque_per_mille: i64,
+    /// Torque, millionths of the rated torque.
+    pub torque_ppm: i64,
     /// Acceleration, 1/1000 rpm/s; `None`: derived from the speed.
     pub acceleration_mrpm_s: Option<i64>,
     /// Control word of the profile.
@@ -60,7 +60,7 @@ impl ModelInput {
         Self {
             position: 0,
             speed_mrpm: 0,
-            torque_per_mille: 0,
+            torque_ppm: 0,
             acceleration_mrpm_s: None,
             control: Word::from_u32(profile.neutral_word()),
             se: [(true, true); 4],

@@ -197,7 +197,7 @@ impl Etg {
             position: input.position,
             speed: input.speed_mrpm,
             acceleration: input.acceleration_mrpm_s.unwrap_or(derived),
-            torque: input.torque_per_mille,
+            torque: input.torque_ppm,
         }
     }
 

@@ -19,7 +19,7 @@ pub struct Sample {
     pub speed: i64,
     /// 1/1000 rpm/s.
     pub acceleration: i64,
-    /// Per mille.
+    /// Millionths of the rated torque.
     pub torque: i64,
 }
 
@@ -162,8 +162,8 @@ impl Monitor {
             // The type of both limits is unsigned.
             etg::SLT => outside(
                 sample.torque,
-                -value(etg::slt::TORQUE_LIMIT_NEGATIVE_DIRECTION).abs(),
-                value(etg::slt::TORQUE_LIMIT_POSITIVE_DIRECTION),
+                -value(etg::slt::TORQUE_LIMIT_NEGATIVE_DIRECTION).abs() * 1000,
+                value(etg::slt::TORQUE_LIMIT_POSITIVE_DIRECTION) * 1000,
             ),
             _ => self.speed_window(parameters).is_some_and(|window| !window.contains(sample.speed)),
         }

@@ -268,8 +268,8 @@ fn an_edge_clears_all_errors_that_do_not_recur() {
     let run = |calm: i64| {
         script(&objects)
             .bit(0, control::SLT_1, false)
-            .at(10, |input| input.torque_per_mille = -401)
-            .at(calm, |input| input.torque_per_mille = -400)
+            .at(10, |input| input.torque_ppm = -400_001)
+            .at(calm, |input| input.torque_ppm = -400_000)
             .bit(30, control::ERROR_ACK, true)
             .run(40)
     };

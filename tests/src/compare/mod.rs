@@ -1,0 +1,130 @@
+//! Random comparison: the reference model against the real cores, cycle by cycle, over the
+//! same inputs; a failing seed is made small and written as a trace `safepair replay` runs.
+//!
+//! - [`scenario`]: parameters and a trace of rows, what design 10 calls a trace
+//! - [`generate`]: meaningful random scenarios from a seed
+//! - [`shrink`]: the smallest scenario that still fails
+//! - [`Subject`]: whatever answers inputs cycle by cycle; the model is one
+
+pub mod generate;
+pub mod hints;
+pub mod random;
+pub mod scenario;
+pub mod shrink;
+
+use shm_schema::profile::Profile;
+use shm_schema::word::Word;
+
+use crate::model::{Model, ModelInput, ModelOutput, View};
+use scenario::Scenario;
+
+/// Something that shows a, b and crosscheck after each cycle.
+pub trait Subject {
+    /// One cycle of 1 ms.
+    fn step(&mut self, input: &ModelInput) -> ModelOutput;
+}
+
+impl Subject for Model {
+    fn step(&mut self, input: &ModelInput) -> ModelOutput {
+        Self::step(self, input)
+    }
+}
+
+/// Where two subjects part.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parting {
+    /// Cycle, ms.
+    pub at: i64,
+    /// `a`, `b` or `crosscheck`.
+    pub source: &'static str,
+    /// `status`, `torque`, `path` or `errors`.
+    pub what: &'static str,
+    /// What the model shows.
+    pub expected: View,
+    /// What the subject shows.
+    pub seen: View,
+}
+
+/// Status bits that mean nothing safe and are not compared: ATV-PSF-09, "informative only".
+fn compared_bits(profile: Profile) -> Word {
+    match profile {
+        Profile::Atv340 => Word::from_u32(0xFF7F),
+        _ => Word([u32::MAX; 8]),
+    }
+}
+
+/// ETG names no codes (ETG-ERR-03): there only presence is compared.
+fn same_errors(profile: Profile, expected: &View, seen: &View) -> bool {
+    if profile == Profile::Etg61002 {
+        return expected.errors.is_empty() == seen.errors.is_empty();
+    }
+    expected.errors == seen.errors
+}
+
+fn part(profile: Profile, expected: &View, seen: &View) -> Option<&'static str> {
+    let mask = compared_bits(profile);
+    let differs = |part: usize| (expected.status.0[part] ^ seen.status.0[part]) & mask.0[part] != 0;
+    if (0..8).any(differs) {
+        Some("status")
+    } else if expected.torque != seen.torque {
+        Some("torque")
+    } else if expected.path != seen.path {
+        Some("path")
+    } else if !same_errors(profile, expected, seen) {
+        Some("errors")
+    } else {
+        None
+    }
+}
+
+/// Runs both over the scenario; where they first part.
+pub fn first_parting(scenario: &Scenario, subject: &mut dyn Subject) -> Option<Parting> {
+    let mut model = Model::new(scenario.profile, &scenario.parameters);
+    for (at, input) in scenario.inputs().iter().enumerate() {
+        let (expected, seen) = (model.step(input), subject.step(input));
+        let sources = [
+            ("a", expected.a, seen.a),
+            ("b", expected.b, seen.b),
+            ("crosscheck", expected.crosscheck, seen.crosscheck),
+        ];
+        for (source, expected, seen) in sources {
+            if let Some(what) = part(scenario.profile, &expected, &seen) {
+                return Some(Parting { at: at as i64, source, what, expected, seen });
+            }
+        }
+    }
+    None
+}
+
+/// A failing seed, made small.
+#[derive(Debug)]
+pub struct Failure {
+    /// The seed.
+    pub seed: u64,
+    /// The smallest scenario found that still fails.
+    pub scenario: Scenario,
+    /// Where it fails.
+    pub parting: Parting,
+}
+
+/// Compares over seeds; stops at the first failure and shrinks it.
+pub fn compare(
+    profile: Profile,
+    seeds: std::ops::Range<u64>,
+    make: &dyn Fn(&Scenario) -> Box<dyn Subject>,
+) -> Result<(), Box<Failure>> {
+    let parts = |scenario: &Scenario| first_parting(scenario, make(scenario).as_mut());
+    for seed in seeds {
+        let scenario = generate::scenario(profile, seed);
+        if parts(&scenario).is_some() {
+            let scenario = shrink::smallest(scenario, &|candidate| parts(candidate).is_some());
+            if let Some(parting) = parts(&scenario) {
+                return Err(Box::new(Failure { seed, scenario, parting }));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
