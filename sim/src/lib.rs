@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 pub mod machine;
+pub mod master;
 pub mod random;
 pub mod replay;
 pub mod shm;
