@@ -11,17 +11,23 @@
 #![forbid(unsafe_code)]
 
 pub mod check;
+pub mod create;
 pub mod definition;
 pub mod diagnosis;
 pub mod diagnostic;
+pub mod dictionary;
 pub mod expression;
 mod file;
 pub mod image;
 pub mod key;
+pub mod response;
 pub mod rule;
+pub mod seal;
 pub mod set;
 mod text;
 mod value;
+pub mod vendor;
+pub mod view;
 
 pub use check::{Finding, Report, check, check_set};
 pub use definition::Definition;

@@ -152,7 +152,7 @@ mod tests {
         assert!(without.iter().all(|rule| rule.text.starts_with("actual speed")));
     }
 
-    const TRIED: [i128; 30] = [
+    const TRIED: [i128; 31] = [
         0,
         1,
         2,
@@ -183,6 +183,7 @@ mod tests {
         100,
         250,
         8,
+        2_048,
     ];
 
     /// Every row refuses something: a row that nothing breaks would be a mistake in its table.

@@ -1,0 +1,237 @@
+//! Sealing: a checked set becomes the images of one installation.
+//!
+//! The order is the vendor's (AMK-PMT-07): prepare, look at the values, type the content
+//! signature back, images written. The serial number comes from the installation, never from
+//! the file that is sealed (design 7). Three things are stored apart, so that one damaged
+//! file cannot vouch for itself (AMK-PMT-20):
+//!
+//! ```text
+//! DIR/current -> sets/<signature>/      switched by one rename
+//! DIR/sets/<signature>/set.toml         the file that was sealed
+//! DIR/sets/<signature>/axis-01.a.img    what channel A reads, and so on
+//! DIR/confirmed/<signature>.toml        what a person typed back
+//! ```
+//!
+//! A kill at any instant leaves `current` at the whole old set or the whole new one.
+
+pub mod installation;
+mod store;
+
+use std::{fmt, io, path::Path};
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use serde::Serialize;
+
+use crate::{
+    check,
+    diagnostic::Diagnostic,
+    image::{Image, ImageError, Signatures},
+    set::Machine,
+};
+pub use installation::{Installation, PasswordError};
+pub use store::{IMAGE_FOLDER, source};
+
+/// Why a set was not sealed, or does not verify.
+#[derive(Debug)]
+pub enum SealError {
+    /// The file has errors.
+    File(Vec<Diagnostic>),
+    /// A rule of the profile is broken.
+    Rules(Vec<check::Finding>),
+    /// The installation knows no serial number for an axis.
+    NoSerial(u8),
+    /// The password.
+    Password(PasswordError),
+    /// What was typed back is not the content signature.
+    TypedBack {
+        /// What was typed.
+        typed: String,
+        /// What the set has.
+        signature: String,
+    },
+    /// Reading or writing failed.
+    Io(io::Error),
+}
+
+impl fmt::Display for SealError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(diagnostics) => write!(f, "the file has {} errors", diagnostics.len()),
+            Self::Rules(findings) => write!(f, "the set breaks {} rules", findings.len()),
+            Self::NoSerial(axis) => write!(f, "the installation names no serial number for axis {axis}"),
+            Self::Password(error) => error.fmt(f),
+            Self::TypedBack { typed, signature } => {
+                write!(f, "\"{typed}\" was typed back, the content signature is {signature}")
+            }
+            Self::Io(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SealError {}
+
+impl From<io::Error> for SealError {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// A set with the serial numbers of its installation, ready to be looked at and confirmed.
+#[derive(Clone, Debug, Serialize)]
+pub struct Prepared {
+    /// The sets.
+    pub machine: Machine,
+    /// Signatures of each axis, with its number.
+    pub signatures: Vec<(u8, Signatures)>,
+    #[serde(skip)]
+    text: String,
+}
+
+impl Prepared {
+    /// What a person types back: the content signature; for several axes the CRC-32 over
+    /// theirs, in the order of the axes.
+    pub fn content_signature(&self) -> String {
+        let words: Vec<u32> = self.signatures.iter().map(|(_, signatures)| signatures.content).collect();
+        format!("{:08X}", joined(&words))
+    }
+
+    /// The same over the device signatures: the name under which the set is stored.
+    pub fn device_signature(&self) -> String {
+        let words: Vec<u32> = self.signatures.iter().map(|(_, signatures)| signatures.device).collect();
+        format!("{:08X}", joined(&words))
+    }
+}
+
+fn joined(words: &[u32]) -> u32 {
+    match words {
+        [one] => *one,
+        several => {
+            let octets: Vec<u8> = several.iter().flat_map(|word| word.to_le_bytes()).collect();
+            Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&octets)
+        }
+    }
+}
+
+/// Reads and judges a file for an installation.
+///
+/// # Errors
+/// Everything that is wrong with it, or a missing serial number.
+pub fn prepare(text: &str, file: &str, installation: &Installation) -> Result<Prepared, SealError> {
+    let mut machine = crate::parse(text, file).map_err(SealError::File)?;
+    let report = check::check(text, file);
+    if !report.passed() {
+        let errors =
+            report.findings.into_iter().filter(|finding| finding.severity == crate::rule::Severity::Error);
+        return Err(SealError::Rules(errors.collect()));
+    }
+    for axis in &mut machine.axes {
+        axis.serial = installation.serial_of(axis.number).ok_or(SealError::NoSerial(axis.number))?.into();
+    }
+    let signatures = machine.axes.iter().map(|axis| (axis.number, axis.signatures())).collect();
+    Ok(Prepared { machine, signatures, text: text.into() })
+}
+
+/// Writes the images without the mark of validation: a set that dies with the next restart.
+///
+/// # Errors
+/// Writing.
+pub fn load(prepared: &Prepared, folder: &Path) -> Result<(), SealError> {
+    Ok(store::write(prepared, folder, None)?)
+}
+
+/// Seals: the password, the signature as typed back, then the switch.
+///
+/// # Errors
+/// Wrong password, wrong signature, writing. Nothing is changed then.
+pub fn seal(
+    prepared: &Prepared,
+    installation: &Installation,
+    password: &str,
+    typed: &str,
+    folder: &Path,
+) -> Result<(), SealError> {
+    installation.verify(password).map_err(SealError::Password)?;
+    let signature = prepared.content_signature();
+    let plain = typed.trim().trim_start_matches("0x").to_ascii_uppercase();
+    if plain != signature {
+        return Err(SealError::TypedBack { typed: typed.trim().into(), signature });
+    }
+    Ok(store::write(prepared, folder, Some(&plain))?)
+}
+
+/// One thing that was verified.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Item {
+    /// What.
+    pub what: String,
+    /// Whether it is right.
+    pub right: bool,
+    /// What was found.
+    pub found: String,
+}
+
+/// Verifies the current set of a folder against its installation, item by item.
+///
+/// # Errors
+/// There is no set, or it cannot be read.
+pub fn verify(folder: &Path, installation: &Installation) -> Result<Vec<Item>, SealError> {
+    let text = store::source(folder)?;
+    let prepared = prepare(&text, "set.toml", installation)?;
+    let mut items = vec![confirmed(&prepared, folder)];
+    for axis in &prepared.machine.axes {
+        let expected = axis.signatures();
+        for channel in ["a", "b"] {
+            let read = store::image(folder, axis.number, channel).map(|octets| Image::read(&octets));
+            items.push(judged(axis.number, channel, read, expected));
+        }
+    }
+    Ok(items)
+}
+
+fn confirmed(prepared: &Prepared, folder: &Path) -> Item {
+    let found = store::confirmation(folder, &prepared.device_signature()).unwrap_or_default();
+    Item {
+        what: "content signature as typed back".into(),
+        right: found == prepared.content_signature(),
+        found,
+    }
+}
+
+fn judged(
+    axis: u8,
+    channel: &str,
+    read: io::Result<Result<Image, ImageError>>,
+    expected: Signatures,
+) -> Item {
+    let what = format!("axis {axis}, image {channel}");
+    let (right, found) = match read {
+        Err(error) => (false, error.to_string()),
+        Ok(Err(error)) => (false, error.to_string()),
+        Ok(Ok(image))
+            if image.signatures.device == expected.device
+                && image.signatures == expected
+                && image.axis == axis =>
+        {
+            let state = if image.validated {
+                "validated"
+            } else {
+                "loaded, not validated: dies with the next restart"
+            };
+            (
+                image.validated,
+                format!("{state}, serial {}, device signature {:08X}", image.serial, image.signatures.device),
+            )
+        }
+        Ok(Ok(image)) => (
+            false,
+            format!(
+                "serial {}, device signature {:08X}, not {:08X}",
+                image.serial, image.signatures.device, expected.device
+            ),
+        ),
+    };
+    Item { what, right, found }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,111 @@
+//! Files of sealed sets: everything is written and synchronised aside, then one rename.
+
+use std::{
+    fs::{self, File},
+    io::{self, Write as _},
+    os::unix::fs::symlink,
+    path::{Path, PathBuf},
+};
+
+use super::Prepared;
+
+/// Folder below a set's folder that the channels read: the switch itself.
+pub const IMAGE_FOLDER: &str = "current";
+const SETS: &str = "sets";
+const CONFIRMED: &str = "confirmed";
+const SOURCE: &str = "set.toml";
+
+/// Writes a set and makes it the current one. `typed` is what a person confirmed; without it
+/// the images are not validated.
+pub(super) fn write(prepared: &Prepared, folder: &Path, typed: Option<&str>) -> io::Result<()> {
+    let name = prepared.device_signature();
+    let suffix = if typed.is_some() { "" } else { "-unvalidated" };
+    let target = format!("{SETS}/{name}{suffix}");
+    fs::create_dir_all(folder.join(SETS))?;
+    fs::create_dir_all(folder.join(CONFIRMED))?;
+    if folder.join(&target).exists()
+        && fs::read_link(folder.join(IMAGE_FOLDER)).ok() == Some(PathBuf::from(&target))
+    {
+        // The current set is never written in place: sealed again, it gets a new folder.
+        return write_as(prepared, folder, &format!("{target}-again"), typed);
+    }
+    write_as(prepared, folder, &target, typed)
+}
+
+fn write_as(prepared: &Prepared, folder: &Path, target: &str, typed: Option<&str>) -> io::Result<()> {
+    let path = folder.join(target);
+    if path.exists() {
+        // A leftover of a writer that was killed; nothing points to it.
+        fs::remove_dir_all(&path)?;
+    }
+    fs::create_dir(&path)?;
+    write_synced(&path.join(SOURCE), prepared.text.as_bytes())?;
+    for axis in &prepared.machine.axes {
+        let validated = typed.is_some();
+        write_synced(&path.join(image_name(axis.number, "a")), &axis.image_a(validated))?;
+        write_synced(&path.join(image_name(axis.number, "b")), &axis.image_b(validated))?;
+    }
+    sync_folder(&path)?;
+    sync_folder(&folder.join(SETS))?;
+    if let Some(typed) = typed {
+        let confirmed = folder.join(CONFIRMED).join(format!("{}.toml", prepared.device_signature()));
+        replace(&confirmed, format!("typed_back = \"{typed}\"\n").as_bytes())?;
+    }
+    switch(folder, target)
+}
+
+/// Points `current` to another set: the one instant at which everything changes.
+fn switch(folder: &Path, target: &str) -> io::Result<()> {
+    let next = folder.join(".next");
+    match fs::remove_file(&next) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    symlink(target, &next)?;
+    fs::rename(&next, folder.join(IMAGE_FOLDER))?;
+    sync_folder(folder)
+}
+
+/// Replaces a file by another content, whole or not at all.
+pub(super) fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("file");
+    let aside = folder.join(format!(".{name}.new"));
+    write_synced(&aside, content)?;
+    fs::rename(&aside, path)?;
+    sync_folder(folder)
+}
+
+fn write_synced(path: &Path, content: &[u8]) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(content)?;
+    file.sync_all()
+}
+
+fn sync_folder(path: &Path) -> io::Result<()> {
+    File::open(path)?.sync_all()
+}
+
+/// Name of an image as the processes look for it.
+fn image_name(axis: u8, channel: &str) -> String {
+    format!("axis-{axis:02}.{channel}.img")
+}
+
+/// The file of the current set, for looking at it, and for sealing it to another device.
+///
+/// # Errors
+/// There is no current set, or it cannot be read.
+pub fn source(folder: &Path) -> io::Result<String> {
+    fs::read_to_string(folder.join(IMAGE_FOLDER).join(SOURCE))
+}
+
+pub(super) fn image(folder: &Path, axis: u8, channel: &str) -> io::Result<Vec<u8>> {
+    fs::read(folder.join(IMAGE_FOLDER).join(image_name(axis, channel)))
+}
+
+/// What was typed back for the set of that name.
+pub(super) fn confirmation(folder: &Path, name: &str) -> Option<String> {
+    let text = fs::read_to_string(folder.join(CONFIRMED).join(format!("{name}.toml"))).ok()?;
+    let table: toml::Table = text.parse().ok()?;
+    table.get("typed_back")?.as_str().map(str::to_string)
+}

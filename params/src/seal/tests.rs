@@ -1,0 +1,173 @@
+use std::{
+    fs,
+    path::PathBuf,
+    process,
+    sync::atomic::{AtomicU32, Ordering},
+};
+
+use super::*;
+
+/// A folder of its own for each test, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Self {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("safepair-params-{}-{}", process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        let path = std::env::temp_dir().join(name);
+        fs::create_dir_all(&path).expect("a temporary folder");
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+const SET: &str =
+    "profile = \"amk-kw\"\nserial = \"FROM-FILE\"\n[parameters]\nPrm67 = 300\nPrm3 = 60\nPrm2 = 90\n";
+const PASSWORD: &str = "correct horse 1";
+
+fn installation() -> Installation {
+    let mut installation = Installation::new("SIM-0001");
+    installation.set_password("", PASSWORD).expect("a strong password");
+    installation
+}
+
+fn sealed() -> (Folder, Installation) {
+    let (folder, installation) = (Folder::new(), installation());
+    let prepared = prepare(SET, "set.toml", &installation).expect("a right set");
+    seal(&prepared, &installation, PASSWORD, &prepared.content_signature(), &folder.0).expect("sealed");
+    (folder, installation)
+}
+
+/// AMK-PMT-21, design 7: the serial number is the installation's.
+#[test]
+fn a_sealed_set_verifies_with_the_serial_number_of_its_installation() {
+    let (folder, installation) = sealed();
+    let items = verify(&folder.0, &installation).expect("readable");
+    assert_eq!(items.len(), 3);
+    assert!(items.iter().all(|item| item.right), "{items:#?}");
+    let image = fs::read(folder.0.join("current/axis-01.a.img")).expect("an image");
+    let image = Image::read(&image).expect("a right image");
+    assert_eq!((image.serial.as_str(), image.validated), ("SIM-0001", true));
+}
+
+#[test]
+fn the_wrong_password_or_signature_changes_nothing() {
+    let (folder, installation) = (Folder::new(), installation());
+    let prepared = prepare(SET, "set.toml", &installation).expect("right");
+    let signature = prepared.content_signature();
+    let wrong = |password: &str, typed: &str| {
+        seal(&prepared, &installation, password, typed, &folder.0).expect_err("refused").to_string()
+    };
+    assert_eq!(wrong("", &signature), "no password was given");
+    assert_eq!(wrong("correct horse 2", &signature), "the password is wrong");
+    assert!(wrong(PASSWORD, "00000000").contains(&signature));
+    assert_eq!(fs::read_dir(&folder.0).expect("the folder").count(), 0);
+    let none = Installation::new("SIM-0001");
+    assert!(
+        seal(&prepared, &none, PASSWORD, &signature, &folder.0)
+            .expect_err("refused")
+            .to_string()
+            .contains("no password yet")
+    );
+}
+
+/// A set that breaks a rule is never sealed, though it has an image.
+#[test]
+fn an_implausible_set_is_refused() {
+    let error = prepare(&SET.replace("300", "0"), "set.toml", &installation()).expect_err("refused");
+    assert!(matches!(error, SealError::Rules(findings) if !findings.is_empty()));
+    let error = prepare("profile = \"amk\"", "set.toml", &installation()).expect_err("refused");
+    assert!(matches!(error, SealError::File(_)));
+    assert!(matches!(prepare(SET, "set.toml", &Installation::new("")), Err(SealError::NoSerial(1))));
+}
+
+/// AMK-PMT-17: without validation it dies with the next restart.
+#[test]
+fn a_loaded_set_is_not_validated() {
+    let (folder, installation) = (Folder::new(), installation());
+    let prepared = prepare(SET, "set.toml", &installation).expect("right");
+    load(&prepared, &folder.0).expect("written");
+    let items = verify(&folder.0, &installation).expect("readable");
+    assert!(items.iter().all(|item| !item.right), "{items:#?}");
+    seal(&prepared, &installation, PASSWORD, &prepared.content_signature().to_lowercase(), &folder.0)
+        .expect("sealed");
+    assert!(verify(&folder.0, &installation).expect("readable").iter().all(|item| item.right));
+}
+
+/// AMK-SVC-03: a set sealed for one device is nothing for another.
+#[test]
+fn a_set_of_another_device_does_not_verify() {
+    let (folder, _) = sealed();
+    let items = verify(&folder.0, &Installation::new("SIM-0002")).expect("readable");
+    assert!(items.iter().all(|item| !item.right), "{items:#?}");
+}
+
+#[test]
+fn a_damaged_image_or_confirmation_does_not_verify() {
+    for file in ["current/axis-01.a.img", "current/axis-01.b.img", "confirmed"] {
+        let (folder, installation) = sealed();
+        let mut path = folder.0.join(file);
+        if path.is_dir() {
+            path = fs::read_dir(path).expect("a folder").next().expect("a file").expect("its name").path();
+        }
+        let mut octets = fs::read(&path).expect("the file");
+        let middle = octets.len() / 2 + 4;
+        octets[middle] ^= 1;
+        fs::write(&path, octets).expect("written");
+        let items = verify(&folder.0, &installation).expect("readable");
+        assert_eq!(items.iter().filter(|item| !item.right).count(), 1, "{file}: {items:#?}");
+    }
+}
+
+/// Whatever a killed writer leaves aside, the old set stays whole and the next seal works.
+#[test]
+fn remains_of_a_killed_writer_do_not_matter() {
+    let (folder, installation) = sealed();
+    let other = prepare(&SET.replace("300", "301"), "set.toml", &installation).expect("right");
+    let aside = folder.0.join(format!("sets/{}", other.device_signature()));
+    fs::create_dir(&aside).expect("as if killed there");
+    fs::write(aside.join("axis-01.a.img"), b"half").expect("as if killed there");
+    std::os::unix::fs::symlink("nowhere", folder.0.join(".next")).expect("as if killed there");
+    assert!(verify(&folder.0, &installation).expect("readable").iter().all(|item| item.right));
+    seal(&other, &installation, PASSWORD, &other.content_signature(), &folder.0).expect("sealed");
+    assert!(verify(&folder.0, &installation).expect("readable").iter().all(|item| item.right));
+    assert!(source(&folder.0).expect("readable").contains("Prm67 = 301"));
+}
+
+#[test]
+fn sealing_the_same_set_again_and_again_works() {
+    let (folder, installation) = sealed();
+    let prepared = prepare(SET, "set.toml", &installation).expect("right");
+    for _ in 0..3 {
+        seal(&prepared, &installation, PASSWORD, &prepared.content_signature(), &folder.0).expect("sealed");
+        assert!(verify(&folder.0, &installation).expect("readable").iter().all(|item| item.right));
+    }
+}
+
+/// AMK-PMT-14, AMK-PMT-15
+#[test]
+fn a_new_password_must_be_strong_and_the_old_one_known() {
+    let mut installation = installation();
+    let refused =
+        |installation: &mut Installation, old: &str, new: &str| installation.set_password(old, new).is_err();
+    assert!(refused(&mut installation, "wrong", "another 12345"));
+    assert!(refused(&mut installation, PASSWORD, "short1"));
+    assert!(refused(&mut installation, PASSWORD, "onlyletters"));
+    assert!(!refused(&mut installation, PASSWORD, "another 12345"));
+    assert_eq!(installation.verify(PASSWORD), Err(PasswordError::Wrong));
+    assert_eq!(installation.verify("another 12345"), Ok(()));
+}
+
+#[test]
+fn an_installation_is_written_and_read() {
+    let folder = Folder::new();
+    let path = folder.0.join("installation.toml");
+    installation().write(&path).expect("written");
+    let again = Installation::read(&path).expect("read");
+    assert_eq!((again.serial_of(1), again.verify(PASSWORD)), (Some("SIM-0001"), Ok(())));
+}
