@@ -45,20 +45,31 @@ pub fn sound(octets: &[u8]) -> bool {
     Image::parse(octets).is_ok()
 }
 
-/// CRC-32 over parts that do not lie side by side is built from one buffer of fixed size.
-fn joined_crc(parts: &mut dyn FnMut(&mut dyn FnMut(&[u8]))) -> u32 {
-    let mut buffer = [0_u8; WORD + ENTRIES_MAX * ENTRY];
-    let mut used = 0_usize;
-    parts(&mut |part: &[u8]| {
-        let end = used.saturating_add(part.len());
-        if let Some(place) = buffer.get_mut(used..end) {
+/// Parts that do not lie side by side, joined in one buffer of fixed size for one sum.
+struct Joined {
+    buffer: [u8; WORD + ENTRIES_MAX * ENTRY],
+    used: usize,
+}
+
+impl Joined {
+    const fn new() -> Self {
+        Self { buffer: [0; WORD + ENTRIES_MAX * ENTRY], used: 0 }
+    }
+
+    fn add(&mut self, part: &[u8]) -> &mut Self {
+        let end = self.used.saturating_add(part.len());
+        if let Some(place) = self.buffer.get_mut(self.used..end) {
             for (to, from) in place.iter_mut().zip(part) {
                 *to = *from;
             }
-            used = end;
+            self.used = end;
         }
-    });
-    buffer.get(..used).map_or(0, crc32)
+        self
+    }
+
+    fn sum(&self) -> u32 {
+        self.buffer.get(..self.used).map_or(0, crc32)
+    }
 }
 
 impl<'a> Image<'a> {
@@ -95,21 +106,21 @@ impl<'a> Image<'a> {
 
     fn signatures(&self, body: &[u8]) -> Result<(), Refusal> {
         let profile = (self.profile as u32).to_le_bytes();
-        let content = joined_crc(&mut |add| {
-            add(&profile);
-            self.entries.iter().for_each(|entry| add(entry));
+        let mut content = Joined::new();
+        content.add(&profile);
+        self.entries.iter().for_each(|entry| {
+            content.add(entry);
         });
-        let template = joined_crc(&mut |add| {
-            add(&u32::from(VERSION).to_le_bytes());
-            add(&profile);
-            self.entries.iter().filter_map(|entry| entry.first_chunk::<WORD>()).for_each(|key| add(key));
+        let mut template = Joined::new();
+        template.add(&u32::from(VERSION).to_le_bytes()).add(&profile);
+        self.keys().for_each(|key| {
+            template.add(&key.to_le_bytes());
         });
-        let device = joined_crc(&mut |add| {
-            add(body.get(AT_CONTENT..AT_CONTENT + WORD).unwrap_or(&[]));
-            add(body.get(SERIAL_AT..PREFIX).unwrap_or(&[]));
-        });
+        let mut device = Joined::new();
+        device.add(body.get(AT_CONTENT..AT_CONTENT + WORD).unwrap_or(&[]));
+        device.add(body.get(SERIAL_AT..PREFIX).unwrap_or(&[]));
         let inside = (word(body, 3), word(body, 4), word(body, 5));
-        if inside != (template, content, device) {
+        if inside != (template.sum(), content.sum(), device.sum()) {
             return Err(Refusal::Signature);
         }
         let mut keys = self.keys();

@@ -3,6 +3,7 @@
 use shm_schema::agreement::PathTest;
 use shm_schema::command::{Command, CommandSource};
 use shm_schema::encoder::Encoder;
+use shm_schema::error::ErrorList;
 use shm_schema::exchange::{Inputs, Outputs, Setup, Start};
 use shm_schema::inhibit::Inhibit;
 use shm_schema::io::Io;
@@ -133,7 +134,7 @@ impl Monitor {
         let mut requests = self.request(inputs, now_ns);
         flow.pass(4);
         self.acknowledge(&requests);
-        self.start_up(&requests, found.permits(), moving, now_ns);
+        requests.demand.restart |= self.start_up(&requests, found.permits(), moving, now_ns);
         flow.pass(5);
         self.functions(&mut requests, moving);
         flow.pass(6);
@@ -311,8 +312,9 @@ impl Monitor {
         }
     }
 
-    /// DEC-19.
-    fn start_up(&mut self, requests: &Requests, agrees: bool, moving: bool, now_ns: u64) {
+    /// DEC-19; `true` in the step that becomes operational: its edge restarts too.
+    fn start_up(&mut self, requests: &Requests, agrees: bool, moving: bool, now_ns: u64) -> bool {
+        let before = self.phase;
         let exchange = self.exchange();
         let echoed = self.partner.echoed(exchange, self.setup.boot_nonce);
         let whole = agrees & echoed & moving & !self.partner.error();
@@ -332,6 +334,7 @@ impl Monitor {
             Phase::AwaitAcknowledge if released => Phase::Operational,
             phase => phase,
         };
+        self.phase == Phase::Operational && before != Phase::Operational
     }
 
     fn exchange(&self) -> u64 {
@@ -349,7 +352,7 @@ impl Monitor {
         forced.sto |= stopped | idle | blind;
         forced.blocked = self.errors.blocks();
         let stops = &mut self.program.stops;
-        stops.command(&forced, &sample);
+        stops.command(forced, &sample);
         let broken = stops.advance(&sample);
         let mut monitored = !stops.is_sto();
         for violation in broken.into_iter().flatten() {
@@ -487,7 +490,7 @@ impl Monitor {
             drive,
             session_id: 0,
             frame_digest: 0,
-            errors: self.errors.list(),
+            errors: if self.program.rules.lists_codes() { self.errors.list() } else { ErrorList::default() },
         }
     }
 }

@@ -40,8 +40,7 @@ pub fn angle(sine: i16, cosine: i16) -> i64 {
         y = -y;
         turned = 1 << (TURN_BITS - 1);
     }
-    let mut step = 0;
-    for arctangent in ARCTANGENTS {
+    for (step, arctangent) in ARCTANGENTS.into_iter().enumerate() {
         let (dx, dy) = (x >> step, y >> step);
         if y > 0 {
             x = x.wrapping_add(dy);
@@ -52,7 +51,6 @@ pub fn angle(sine: i16, cosine: i16) -> i64 {
             y = y.wrapping_add(dx);
             turned -= arctangent;
         }
-        step += 1;
     }
     ((turned + (1 << 15)) >> 16) & 0xFFFF
 }

@@ -132,7 +132,7 @@ impl Evaluation {
         if slot.status != 0 {
             return Err(Fault::Absent);
         }
-        self.check_radius(&slot)?;
+        check_radius(&slot)?;
         let fine = self.fine(&slot)?;
         self.check_frozen(&slot, sample.payload.drive_position)?;
         let position = fine.value.wrapping_mul(TURN).checked_div_euclid(fine.revolution).unwrap_or(0);
@@ -148,17 +148,6 @@ impl Evaluation {
         }
         self.reading = Reading { position, speed };
         Ok(self.reading)
-    }
-
-    fn check_radius(&self, slot: &Slot) -> Result<(), Fault> {
-        let analog = matches!(slot.kind, SlotKind::Resolver | SlotKind::SineCosine);
-        let (sine, cosine) = (i64::from(slot.sine), i64::from(slot.cosine));
-        let radius = sine * sine + cosine * cosine;
-        match analog {
-            true if radius < RADIUS_LOW => Err(Fault::RadiusSmall),
-            true if radius > RADIUS_HIGH => Err(Fault::RadiusLarge),
-            _ => Ok(()),
-        }
     }
 
     fn fine(&self, slot: &Slot) -> Result<Fine, Fault> {
@@ -231,6 +220,17 @@ impl Evaluation {
         let half = down >> 1;
         let rounded = if up < 0 { up.wrapping_sub(half) } else { up.wrapping_add(half) };
         rounded.checked_div(down).map(|speed| speed.clamp(i128::from(i32::MIN), i128::from(i32::MAX)) as i64)
+    }
+}
+
+fn check_radius(slot: &Slot) -> Result<(), Fault> {
+    let analog = matches!(slot.kind, SlotKind::Resolver | SlotKind::SineCosine);
+    let (sine, cosine) = (i64::from(slot.sine), i64::from(slot.cosine));
+    let radius = sine * sine + cosine * cosine;
+    match analog {
+        true if radius < RADIUS_LOW => Err(Fault::RadiusSmall),
+        true if radius > RADIUS_HIGH => Err(Fault::RadiusLarge),
+        _ => Ok(()),
     }
 }
 

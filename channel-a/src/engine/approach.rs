@@ -14,11 +14,6 @@ pub struct Slope {
     pub run_ns: i64,
 }
 
-impl Slope {
-    /// No ramp.
-    pub const STEP: Self = Self { rise: 0, run_ns: 0 };
-}
-
 /// Where the monitored line starts (DEC-03).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Origin {
@@ -82,6 +77,11 @@ impl Progress {
     /// When the approach was activated, ns.
     pub const fn since_ns(&self) -> u64 {
         self.since_ns
+    }
+
+    /// Since when the speed has been inside the window, ns.
+    pub const fn inside_since_ns(&self) -> Option<u64> {
+        self.inside_since_ns
     }
 
     /// The stage at `now_ns`.

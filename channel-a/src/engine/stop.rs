@@ -51,8 +51,6 @@ pub struct Plan {
     pub reaction: Reaction,
     /// The standstill is left only with a restart acknowledge (DEC-12).
     pub restart: bool,
-    /// The controller itself starts the braking.
-    pub brakes: bool,
 }
 
 /// What is asked of the stop functions in one step.
@@ -167,7 +165,7 @@ impl Stops {
     }
 
     /// Requests: what is left, what starts.
-    pub fn command(&mut self, demand: &Demand, sample: &Sample) {
+    pub fn command(&mut self, demand: Demand, sample: &Sample) {
         if let Active::Standing(place, _) = self.active {
             self.held |= bit(place);
         }
@@ -188,7 +186,7 @@ impl Stops {
         }
     }
 
-    fn leave(&mut self, demand: &Demand, now_ns: u64) {
+    fn leave(&mut self, demand: Demand, now_ns: u64) {
         let (kept, restart) = match self.active {
             Active::Sto => {
                 let short = now_ns.saturating_sub(self.sto_since_ns) < self.sto_least_ns;
@@ -225,10 +223,9 @@ impl Stops {
     pub fn react(&mut self, reaction: Reaction, sample: &Sample) {
         match reaction {
             Reaction::None => {}
-            Reaction::Sto => self.enter_sto(sample.now_ns),
             Reaction::Stop(place) if self.plan(place).is_some() => self.start(place, sample),
             // A reaction that does not exist is torque off.
-            Reaction::Stop(_) => self.enter_sto(sample.now_ns),
+            Reaction::Sto | Reaction::Stop(_) => self.enter_sto(sample.now_ns),
         }
     }
 

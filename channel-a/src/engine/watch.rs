@@ -15,8 +15,14 @@ pub enum Quantity {
     /// Position relative to where it was latched at activation.
     Travel,
     /// Position relative to where it was latched when the speed first was within this
-    /// many 1/1000 rpm after activation (DEC-30).
+    /// many 1/1000 rpm after activation, or had changed its sign (DEC-30).
     TravelFromZero(i64),
+    /// The same, and from then on relative to the furthest position upwards.
+    TravelBackFromZero(i64),
+    /// The same downwards.
+    TravelForthFromZero(i64),
+    /// Speed, from the instant on in which it first was within this many 1/1000 rpm.
+    SpeedFromZero(i64),
     /// Position relative to the furthest one reached upwards (Lenze SDI, DEC-49).
     TravelFromHighest,
     /// Position relative to the furthest one reached downwards.
@@ -81,12 +87,13 @@ pub struct Watch {
     pub plan: Plan,
     state: State,
     latch: i64,
+    start_speed: i64,
 }
 
 impl Watch {
     /// An instance that has not been requested yet.
     pub fn new(plan: Plan) -> Self {
-        Self { plan, state: State::Idle, latch: 0 }
+        Self { plan, state: State::Idle, latch: 0, start_speed: 0 }
     }
 
     /// Forgets everything: no request, or STO (DEC-14).
@@ -121,6 +128,7 @@ impl Watch {
         if matches!(self.state, State::Idle) {
             self.state = State::Approaching(Progress::begin(sample.now_ns, sample.speed));
             self.latch = sample.position;
+            self.start_speed = sample.speed;
         }
         let found = match &mut self.state {
             State::Approaching(progress) => {
@@ -141,8 +149,7 @@ impl Watch {
             Stage::Under => None,
             Stage::Violated(side) => Some(Violation { part: Part::Ramp, side }),
             Stage::Arrived => {
-                let from_zero = matches!(self.plan.quantity, Quantity::TravelFromZero(_));
-                self.state = State::Holding((!from_zero).then_some(self.latch));
+                self.state = State::Holding(zero_of(self.plan.quantity).is_none().then_some(self.latch));
                 let ramped = self.plan.approach.slope.run_ns != 0;
                 self.hold(sample, if ramped { Part::Ramp } else { Part::Window })
             }
@@ -151,8 +158,24 @@ impl Watch {
 
     fn hold(&mut self, sample: &Sample, part: Part) -> Option<Violation> {
         let State::Holding(latch) = &mut self.state else { return None };
+        if let Some(zero) = zero_of(self.plan.quantity).filter(|_| latch.is_none()) {
+            let slow = sample.speed.saturating_abs() <= zero;
+            let turned = sample.speed.signum() != self.start_speed.signum();
+            *latch = (slow | turned).then_some(sample.position);
+        }
         let value = value(self.plan.quantity, latch, sample)?;
         self.plan.window.left_by(value).map(|side| Violation { part, side })
+    }
+}
+
+/// The zero window of a quantity that waits for standstill first.
+const fn zero_of(quantity: Quantity) -> Option<i64> {
+    match quantity {
+        Quantity::TravelFromZero(zero)
+        | Quantity::TravelBackFromZero(zero)
+        | Quantity::TravelForthFromZero(zero)
+        | Quantity::SpeedFromZero(zero) => Some(zero),
+        _ => None,
     }
 }
 
@@ -163,15 +186,14 @@ fn value(quantity: Quantity, latch: &mut Option<i64>, sample: &Sample) -> Option
         Quantity::Position => return Some(sample.position),
         Quantity::Acceleration => return Some(sample.acceleration),
         Quantity::Torque => return Some(sample.torque),
-        Quantity::Travel => {}
-        Quantity::TravelFromZero(zero) => {
-            let at_rest = sample.speed.saturating_abs() <= zero;
-            if latch.is_none() & at_rest {
-                *latch = Some(sample.position);
-            }
+        Quantity::SpeedFromZero(_) => return latch.map(|_| sample.speed),
+        Quantity::Travel | Quantity::TravelFromZero(_) => {}
+        Quantity::TravelFromHighest | Quantity::TravelBackFromZero(_) => {
+            *latch = latch.map(|far| far.max(sample.position));
         }
-        Quantity::TravelFromHighest => *latch = latch.map(|far| far.max(sample.position)),
-        Quantity::TravelFromLowest => *latch = latch.map(|far| far.min(sample.position)),
+        Quantity::TravelFromLowest | Quantity::TravelForthFromZero(_) => {
+            *latch = latch.map(|far| far.min(sample.position));
+        }
     }
     latch.map(|from| sample.position.saturating_sub(from))
 }

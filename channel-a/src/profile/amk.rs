@@ -147,7 +147,7 @@ pub fn build(image: &Image, program: &mut Program) {
     };
     let ss1 = approach(18, 20, Range::symmetric(p(21).saturating_mul(RPM)));
     let ss1_brakes = p(33_203) & 1 == 1;
-    program.stops.set(SS1, stop::Plan { brakes: ss1_brakes, ..brake(End::Sto, control::SS1, ss1) });
+    program.stops.set(SS1, brake(End::Sto, control::SS1, ss1));
     let ss2 = approach(23, 25, Range::symmetric(p(26).saturating_mul(RPM)));
     program.stops.set(
         SS2,
@@ -188,13 +188,6 @@ fn assigned_bits(value: i64) -> u32 {
     if value >= NONE_ASSIGNED { 0 } else { 1_u32.wrapping_shl(value as u32) & FUNCTIONS }
 }
 
-/// A rising level counts only after a low one of the same connection (DEC-16).
-fn edge(armed: &mut bool, level: Option<bool>) -> bool {
-    let rises = *armed & (level == Some(true));
-    *armed = level == Some(false);
-    rises
-}
-
 impl Amk {
     /// Requests of this step.
     pub fn requests(&mut self, outside: &Outside) -> Requests {
@@ -214,8 +207,8 @@ impl Amk {
         let clear = outside.word.map(|_| outside.clear);
         requests.acknowledgements =
             u32::from(acknowledge == Some(true)) | u32::from(clear == Some(true)) << 2;
-        let by_word = edge(&mut self.acknowledge_armed, acknowledge);
-        let by_drive = edge(&mut self.clear_armed, clear);
+        let by_word = super::edge(&mut self.acknowledge_armed, acknowledge);
+        let by_drive = super::edge(&mut self.clear_armed, clear);
         requests.acknowledge = by_word | by_drive;
         requests
     }
@@ -281,7 +274,7 @@ impl Amk {
         } else {
             (self.acknowledged(state), state.sto)
         };
-        let levels = u8::from(one) * 0b0011 | u8::from(two) * 0b1100;
+        let levels = (u8::from(one) * 0b0011) | (u8::from(two) * 0b1100);
         DriveRequest {
             brake: running & self.ss1_brakes,
             deceleration_rpm_s: if running & self.ss1_brakes { self.ss1_slope_rpm_s } else { 0 },

@@ -3,6 +3,7 @@
 
 mod amk;
 mod amk_rules;
+mod etg;
 mod sem;
 
 use shm_schema::drive::DriveRequest;
@@ -143,6 +144,8 @@ pub enum Rules {
     Refused,
     /// AMK KW.
     Amk(amk::Amk),
+    /// ETG.6100.2.
+    Etg(etg::Etg),
 }
 
 impl Program {
@@ -166,6 +169,7 @@ impl Program {
         program.signature = image.signature;
         match image.profile {
             Profile::AmkKw => amk::build(image, &mut program),
+            Profile::Etg61002 => etg::build(image, &mut program),
             _ => {}
         }
         program
@@ -211,14 +215,17 @@ impl Rules {
                 Requests { demand: Demand { sto: true, ..Demand::default() }, ..Requests::default() }
             }
             Self::Amk(amk) => amk.requests(outside),
+            Self::Etg(etg) => etg.requests(outside),
         }
     }
 
     /// Status word, without the agreement's influence.
     pub fn status(&self, state: &State) -> Word {
         match self {
-            Self::Refused => Word::ZERO,
+            // Bit 0 is STO and bit 7 an error in every profile that has them.
+            Self::Refused => Word::from_u32(0x81),
             Self::Amk(amk) => amk.status(state),
+            Self::Etg(etg) => etg.status(state),
         }
     }
 
@@ -227,6 +234,7 @@ impl Rules {
         match self {
             Self::Refused => DriveRequest::default(),
             Self::Amk(amk) => amk.drive(state),
+            Self::Etg(etg) => etg.drive(state),
         }
     }
 
@@ -235,6 +243,7 @@ impl Rules {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(_) => amk::watch_code(plan, violation),
+            Self::Etg(_) => etg::watch_code(plan, violation),
         }
     }
 
@@ -243,6 +252,7 @@ impl Rules {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(_) => amk::stop_code(violation),
+            Self::Etg(_) => etg::stop_code(violation),
         }
     }
 
@@ -251,6 +261,7 @@ impl Rules {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(amk) => amk.fault_code(fault),
+            Self::Etg(_) => etg::fault_code(fault),
         }
     }
 
@@ -259,7 +270,13 @@ impl Rules {
         match self {
             Self::Refused => {}
             Self::Amk(_) => amk::difference_codes(found, raise),
+            Self::Etg(_) => etg::difference_codes(found, raise),
         }
+    }
+
+    /// Whether the profile has code numbers that a report can list; the generic one has none.
+    pub fn lists_codes(&self) -> bool {
+        !matches!(self, Self::Etg(_))
     }
 }
 
@@ -281,6 +298,7 @@ pub const fn refusal_code(refusal: Refusal) -> ErrorCode {
 pub fn rules(image: &Image, report: &mut dyn FnMut(ErrorCode)) {
     match image.profile {
         Profile::AmkKw => amk_rules::findings(image, report),
+        Profile::Etg61002 => etg::findings(image, report),
         _ => report(refusal_code(Refusal::Unfit)),
     }
 }
@@ -290,5 +308,50 @@ pub const fn sem_code(notice: sem::Notice) -> (ErrorCode, Class, stop::Reaction)
     match notice {
         sem::Notice::Warning => (amk::SEM_WARNING, Class::Warning, stop::Reaction::None),
         sem::Notice::Error => (amk::SEM_ERROR, Class::Limit, amk::SEM_REACTION),
+    }
+}
+
+/// A rising level counts only after a low one of the same connection (DEC-16).
+pub(crate) fn edge(armed: &mut bool, level: Option<bool>) -> bool {
+    let rises = *armed & (level == Some(true));
+    *armed = level == Some(false);
+    rises
+}
+
+/// Class of a general fault, with a number that only tells it from the others.
+pub fn plain_fault(fault: Fault) -> (ErrorCode, Class) {
+    let (number, class) = match fault {
+        Fault::Encoder(fault) => (16 + fault as u32, Class::Cause),
+        Fault::EncoderStale => (1, Class::Cause),
+        Fault::PartnerLost => (2, Class::Cause),
+        Fault::Position => (3, Class::Cause),
+        Fault::Speed => (4, Class::Cause),
+        Fault::Identity => (5, Class::Cause),
+        Fault::Clock => (6, Class::Restart),
+        Fault::OwnPath(_) => (7, Class::Cause),
+        Fault::PartnerPath(_) => (8, Class::Cause),
+        Fault::Dormant => (9, Class::StandingWarning),
+        Fault::Image => (10, Class::Restart),
+        Fault::Overrun => (11, Class::Cause),
+    };
+    (ErrorCode { code: 2, info1: number, info2: 0, info3: 0 }, class)
+}
+
+/// One error for everything that differed from the partner for too long.
+pub fn plain_differences(found: &Findings, raise: &mut dyn FnMut(ErrorCode, Class)) {
+    let differs = (found.status | found.inputs) != 0;
+    if differs | found.other {
+        raise(ErrorCode { code: 2, info1: 12, info2: 0, info3: 0 }, Class::Cause);
+    }
+}
+
+/// The common parameters lie in their ranges (DEC-20, DEC-50); a factor out of range is
+/// 3605/13/9 in every profile.
+pub fn common_findings(image: &Image, report: &mut dyn FnMut(ErrorCode)) {
+    for row in &shm_schema::facts::common::PARAMETERS {
+        if !(row.min..=row.max).contains(&image.value(row.key)) {
+            let factor = row.key == common::CC_FACTOR;
+            report(if factor { ErrorCode::amk(3605, 13, 9, 0) } else { ErrorCode::amk(3605, 0, row.key, 0) });
+        }
     }
 }

@@ -3,3 +3,4 @@
 mod amk_functions;
 mod amk_life;
 mod bench;
+mod etg;
