@@ -9,6 +9,7 @@
 //! - [`guard`]: the form of a cell
 //! - [`limits`]: what it takes from the safety image
 //! - [`monitor`]: one axis, step by step
+//! - `logbook` (feature of that name, outside the core): what happened, kept so that it can be proved
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -22,6 +23,8 @@ mod compare;
 mod fault;
 pub mod guard;
 pub mod limits;
+#[cfg(feature = "logbook")]
+pub mod logbook;
 pub mod monitor;
 mod pairing;
 mod path;

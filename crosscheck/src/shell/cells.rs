@@ -78,8 +78,8 @@ impl Domain {
                 drive: cell.output(&drive, Kind::DriveRequest)?,
             })
         };
-        let axes = options.axes.iter().zip(cores).map(axis).collect::<Result<_, _>>()?;
-        Ok(Axes { axes, _readers: [report_a, report_b, readback, encoder], _writers: [agreement, drive] })
+        let each = options.axes.iter().zip(cores).map(axis).collect::<Result<_, _>>()?;
+        Ok(Axes { each, _readers: [report_a, report_b, readback, encoder], _writers: [agreement, drive] })
     }
 
     fn service(&self, kind: Kind) -> Result<&Service, OpenError> {
@@ -123,7 +123,7 @@ fn open_service(node: &Node<ipc::Service>, kind: Kind) -> Result<Service, OpenEr
 /// All axes and the ports their cells belong to.
 pub struct Axes {
     /// The axes in use.
-    pub axes: Vec<Axis>,
+    pub each: Vec<Axis>,
     // Behind the entries: a port must outlive them.
     _readers: [Reader<ipc::Service, u32>; 4],
     _writers: [Writer<ipc::Service, u32>; 2],

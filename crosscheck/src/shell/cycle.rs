@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::Write;
 use std::os::fd::FromRawFd;
 
+use crosscheck::logbook::Moment;
+use crosscheck::logbook::ring::Feeder;
 use shm_schema::agreement::Agreement;
 
 use super::cells::Axes;
@@ -47,19 +49,23 @@ impl Raster {
 }
 
 /// Runs until the end has come; the last word on every axis is: no torque.
-pub fn run(options: &Options, mut all: Axes, ending: &Ending) {
+pub fn run(options: &Options, mut all: Axes, mut feeder: Option<Feeder>, ending: &Ending) {
     let mut raster = Raster::new(options.cycle_ns(), options.phase_ns(), now_ns());
     announce(options.ready_fd);
     while !ending.has_come() {
         sleep_until(raster.next_ns());
         let overruns = raster.wake(now_ns());
-        for axis in &mut all.axes {
+        for axis in &mut all.each {
             let inputs = axis.read(overruns);
-            let outputs = axis.core.step(&inputs, now_ns());
+            let step_ns = now_ns();
+            let outputs = axis.core.step(&inputs, step_ns);
             axis.write(&outputs.agreement, &outputs.drive, now_ns());
+            if let Some(feeder) = &mut feeder {
+                feeder.push(&Moment::new(axis.number, step_ns, axis.core.compared_reports(), &outputs));
+            }
         }
     }
-    for axis in &mut all.axes {
+    for axis in &mut all.each {
         axis.write(&Agreement::default(), &crosscheck::DRIVE_SAFE, now_ns());
     }
 }

@@ -3,6 +3,7 @@
 pub mod cells;
 pub mod cycle;
 pub mod ending;
+pub mod journal;
 pub mod log;
 pub mod options;
 pub mod realtime;
@@ -46,21 +47,37 @@ pub fn run(options: &Options) -> Result<(), OpenError> {
     // First, so that every thread started from here on leaves the signals to the watcher.
     let ending = ending::watch(options.supervisor_fd)?;
     let opened = ending::limit_opening(OPEN_DEADLINE);
-    let cores = cores(options)?;
+    let (cores, images) = cores(options)?;
+    // Before the thread is pinned and prioritised, so that the recorder inherits neither.
+    let journal = journal::begin(options, images)?;
     let domain = cells::Domain::open(options, OPEN_DEADLINE)?;
     let axes = domain.axes(options, cores)?;
     opened.done();
     realtime::prepare(options);
-    cycle::run(options, axes, &ending);
+    let (feeder, journal) = journal.unzip();
+    cycle::run(options, axes, feeder, &ending);
+    if let Some(journal) = journal {
+        journal.finish();
+    }
     Ok(())
 }
 
+/// Axis, profile octet and content signature of an image, for the logbook.
+pub type Image = (u8, u8, u32);
+
 /// One core for each axis, from encoding A of its image.
-fn cores(options: &Options) -> Result<Vec<Crosscheck>, OpenError> {
-    options.axes.iter().map(|axis| core(options, *axis)).collect()
+fn cores(options: &Options) -> Result<(Vec<Crosscheck>, Vec<Image>), OpenError> {
+    let mut both = (Vec::new(), Vec::new());
+    for axis in &options.axes {
+        let limits = limits(options, *axis)?;
+        let setup = Setup { cycle_ns: options.cycle_ns(), ..Setup::new(*axis, options.nonce, Start::Cold) };
+        both.0.push(Crosscheck::new(&setup, &limits));
+        both.1.push((*axis, limits.profile as u8, limits.signature));
+    }
+    Ok(both)
 }
 
-fn core(options: &Options, axis: u8) -> Result<Crosscheck, OpenError> {
+fn limits(options: &Options, axis: u8) -> Result<Limits, OpenError> {
     let path = options.images.join(format!("axis-{axis:02}.a.img"));
     let image = std::fs::read(&path).map_err(|error| OpenError::new(path.display().to_string(), error))?;
     let limits = Limits::from_image(&image);
@@ -68,6 +85,5 @@ fn core(options: &Options, axis: u8) -> Result<Crosscheck, OpenError> {
         // Not an exit: the refusal is reported as an error of the axis.
         tracing::error!(axis, "safety image refused: this axis gets no torque");
     }
-    let setup = Setup { cycle_ns: options.cycle_ns(), ..Setup::new(axis, options.nonce, Start::Cold) };
-    Ok(Crosscheck::new(&setup, &limits))
+    Ok(limits)
 }

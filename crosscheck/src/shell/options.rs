@@ -1,6 +1,7 @@
 //! The options of docs/architecture.md, which all processes of a set share.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -29,7 +30,7 @@ pub struct Options {
     pub supervisor_fd: Option<i32>,
     /// Write `R` here when the cycle starts.
     pub ready_fd: Option<i32>,
-    /// Folder of the logbook; absent: none is kept.
+    /// File of the logbook; absent: none is kept.
     pub logbook: Option<PathBuf>,
 }
 
@@ -98,13 +99,13 @@ impl Draft {
         match name {
             "--domain" => self.domain = Some(value.into()),
             "--prefix" => self.prefix = Some(value.to_owned()),
-            "--nonce" => self.nonce = Some(number(name, value, 1, u32::MAX, "1 to 4294967295")?),
-            "--cycle-us" => self.cycle_us = Some(number(name, value, 125, 4_000, "125 to 4000 µs")?),
-            "--phase-us" => self.phase_us = Some(number(name, value, 0, 3_999, "0 to 3999 µs")?),
+            "--nonce" => self.nonce = Some(number(name, value, 1..=u32::MAX, "1 to 4294967295")?),
+            "--cycle-us" => self.cycle_us = Some(number(name, value, 125..=4_000, "125 to 4000 µs")?),
+            "--phase-us" => self.phase_us = Some(number(name, value, 0..=3_999, "0 to 3999 µs")?),
             "--axes" => self.axes = Some(axes(value)?),
             "--images" => self.images = Some(value.into()),
-            "--cpu" => self.cpu = Some(number(name, value, 0, 1_023, "the number of a core")?),
-            "--priority" => self.priority = Some(number(name, value, 1, 99, "1 to 99")?),
+            "--cpu" => self.cpu = Some(number(name, value, 0..=1_023, "the number of a core")?),
+            "--priority" => self.priority = Some(number(name, value, 1..=99, "1 to 99")?),
             "--supervisor-fd" => self.supervisor_fd = Some(descriptor(name, value)?),
             "--ready-fd" => self.ready_fd = Some(descriptor(name, value)?),
             // Held by being open; nothing to do with it but to leave it so.
@@ -139,21 +140,21 @@ impl Draft {
     }
 }
 
-fn number<T>(name: &str, value: &str, min: T, max: T, expected: &'static str) -> Result<T, Wrong>
+fn number<T>(name: &str, value: &str, range: RangeInclusive<T>, expected: &'static str) -> Result<T, Wrong>
 where
     T: FromStr + PartialOrd,
 {
     let parsed = value.parse::<T>().map_err(|_| wrong(name, expected))?;
-    if parsed < min || parsed > max { Err(wrong(name, expected)) } else { Ok(parsed) }
+    if range.contains(&parsed) { Ok(parsed) } else { Err(wrong(name, expected)) }
 }
 
 fn descriptor(name: &str, value: &str) -> Result<i32, Wrong> {
-    number(name, value, 0, 1_048_575, "the number of an open descriptor")
+    number(name, value, 0..=1_048_575, "the number of an open descriptor")
 }
 
 fn axes(value: &str) -> Result<Vec<u8>, Wrong> {
     let expected = "different axes, 1 to 64, separated by commas";
-    let one = |text: &str| number::<u8>("--axes", text.trim(), 1, 64, expected);
+    let one = |text: &str| number::<u8>("--axes", text.trim(), 1..=64, expected);
     let mut axes = value.split(',').map(one).collect::<Result<Vec<_>, _>>()?;
     let given = axes.len();
     axes.sort_unstable();

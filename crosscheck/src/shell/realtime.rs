@@ -55,6 +55,7 @@ fn set_fifo(priority: i32) -> std::io::Result<()> {
 }
 
 #[inline(never)]
+#[allow(clippy::large_stack_arrays, reason = "the stack is what it is about")]
 fn prefault_stack() {
     let mut stack = [0_u8; STACK];
     for page in stack.chunks_mut(4096) {
