@@ -8,8 +8,10 @@
 //! - [`trace`]: written or recorded traces, read without rounding
 #![forbid(unsafe_code)]
 
+pub mod control;
 pub mod machine;
 pub mod master;
+pub mod motor;
 pub mod random;
 pub mod replay;
 pub mod shm;

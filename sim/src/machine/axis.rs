@@ -102,9 +102,10 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
             let make = |slot: usize| Signals::new(wiring.slots[slot], options.noise, seed(slot as u64));
             [make(0), make(1)]
         };
-        // A settled machine has been permitted for ever; the cores take no information of
-        // the first step as permitting then.
+        // A settled machine has been permitted for ever, and the readback has said so; the
+        // cores take no information of partner and agreement as permitting then.
         let settled = options.start == Start::Settled;
+        let on = Readback { path_a: settled, path_b: settled, ..Readback::default() };
         Self {
             a: Side::new(cores.a, signals(0), settled),
             b: Side::new(cores.b, signals(1), settled),
@@ -115,7 +116,7 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
                 torque: false,
             },
             agreement: Err(CellFault::Missing),
-            readback: Err(CellFault::Missing),
+            readback: Ok(Sampled { sequence: 1, timestamp_ns: EPOCH_NS, crc32: stand_in(1), payload: on }),
             encoder_sequence: None,
             options,
             pole_pairs: wiring.pole_pairs.into(),
@@ -302,11 +303,12 @@ impl<T: Channel> Side<T> {
         };
         let (sequence, timestamp_ns) = (sample.sequence, sample.now_ns);
         self.inputs.encoder = Ok(Sampled { sequence, timestamp_ns, crc32: stand_in(sequence), payload });
-        self.inputs.motion = if sample.raw { None } else { Some(*motion) };
         if sample.faults.has(Fault::CorruptEncoder) {
+            // No information: what was known of the motion stands as it is.
             self.inputs.encoder = Err(CellFault::CheckSum);
-            self.inputs.motion = None;
+            return;
         }
+        self.inputs.motion = if sample.raw { None } else { Some(*motion) };
     }
 
     fn slots(&mut self, raw: bool, fine: i64, freeze: bool) -> [Slot; 2] {

@@ -9,7 +9,7 @@ mod polyline;
 
 pub use cursor::{Cursor, Instant};
 pub use fault::{Fault, Faults};
-pub use parse::parse;
+pub use parse::{parse, word};
 pub use polyline::{Polyline, Walker};
 
 use std::{collections::BTreeMap, fmt};

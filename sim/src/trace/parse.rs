@@ -160,7 +160,7 @@ impl Row {
             Column::Time => self.at_ns = time(line, cell)?,
             Column::Axis => self.axis = axis(line, cell)?,
             Column::Analog(analog) => self.analog.push((analog, number(line, cell)?)),
-            Column::Command => self.step.push(StepCell::Command(word(line, cell)?)),
+            Column::Command => self.step.push(StepCell::Command(command(line, cell)?)),
             Column::Pair(pair) => self.step.push(StepCell::Pair(pair, levels(line, cell)?)),
             Column::Fault => self.step.push(StepCell::Faults(faults(line, cell)?)),
             flag => self.step.push(StepCell::Flag(flag, level(line, cell)?)),
@@ -213,20 +213,25 @@ fn faults(line: usize, cell: &str) -> Result<Faults, TraceError> {
     Faults::named(cell).ok_or_else(|| TraceError { line, message: message() })
 }
 
-/// One hexadecimal number of up to 64 digits.
-fn word(line: usize, cell: &str) -> Result<Word, TraceError> {
-    let digits = cell.strip_prefix("0x").or_else(|| cell.strip_prefix("0X")).unwrap_or(cell);
+fn command(line: usize, cell: &str) -> Result<Word, TraceError> {
+    let message = || format!("command {cell:?}, expected one hexadecimal number such as 0x00007E7F");
+    word(cell).ok_or_else(|| TraceError { line, message: message() })
+}
+
+/// One hexadecimal number of up to 64 digits, with or without `0x`.
+pub fn word(text: &str) -> Option<Word> {
+    let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).unwrap_or(text);
     let sound = digits.bytes().all(|octet| octet.is_ascii_hexdigit());
     let bounded = (1..=64).contains(&digits.len());
     if !(sound & bounded) {
-        return fail(line, format!("command {cell:?}, expected one hexadecimal number such as 0x00007E7F"));
+        return None;
     }
     let mut word = Word::ZERO;
     for (place, digit) in digits.bytes().rev().enumerate() {
         let value = char::from(digit).to_digit(16).unwrap_or(0);
         word.0[place / 8] |= value << (4 * (place % 8));
     }
-    Ok(word)
+    Some(word)
 }
 
 /// The rows of one axis.
