@@ -4,6 +4,8 @@ mod senses;
 mod supervision;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_etg;
 
 use shm_schema::drive::DriveRequest;
 use shm_schema::error::ErrorCode;
@@ -15,6 +17,7 @@ use crate::BUILD;
 use crate::compare::{Comparison, Limits};
 use crate::encoder::Evaluation;
 use crate::engine::Motion;
+use crate::engine::record::Breach;
 use crate::engine::spec::{NO_BIT, Reaction};
 use crate::engine::stops::{Demand, End};
 use crate::fresh::{Clock, Freshness};
@@ -41,6 +44,7 @@ pub struct Monitor {
     comparison: Comparison,
     senses: Senses,
     is_first: bool,
+    restart_pending: bool,
     flow: u32,
 }
 
@@ -108,6 +112,7 @@ impl Monitor {
             },
             plan,
             is_first: true,
+            restart_pending: false,
             flow: 0,
         }
     }
@@ -129,11 +134,14 @@ impl Monitor {
             now: now_ns,
         };
         let requested = self.plan.logic.requests(&self.plan.bits, &asked);
-        self.start_up(&cells, &requested, edges.any(), now_ns);
-        self.functions(&requested, &cells, edges.restart, now_ns);
-        self.plan.logic.watch(&asked, &self.plan.stops, &mut self.ledger);
+        let starts = self.start_up(&cells, &requested, edges.any() | edges.restart, now_ns);
+        // ETG-RST-03: the edge counts while the request is shown.
+        let restart = edges.restart & self.restart_pending;
+        self.functions(&requested, &cells, restart | starts, now_ns);
+        self.plan.logic.watch(&asked, &requested, &self.plan.stops, &mut self.ledger);
         self.react(&requested, &cells, now_ns);
         let report = self.compare(inputs, &cells, &requested, now_ns);
+        self.restart_pending = self.awaits_restart(&requested, &cells);
         let outputs = self.drive(report, &cells);
         self.is_first = false;
         outputs
@@ -153,7 +161,8 @@ impl Monitor {
         }
     }
 
-    fn start_up(&mut self, cells: &senses::Cells, requested: &Word, edge: bool, now: u64) {
+    fn start_up(&mut self, cells: &senses::Cells, requested: &Word, edge: bool, now: u64) -> bool {
+        let before = self.startup.phase();
         let is_requested = self.demand(requested, cells, false).stops != 0;
         let progress = Progress {
             is_sound: cells.is_plausible,
@@ -164,6 +173,23 @@ impl Monitor {
             is_stopped: is_requested | self.requests_sto(requested) | self.ledger.has_error(),
         };
         self.startup.step(&progress, self.plan.tolerance_ns, now);
+        before != self.startup.phase()
+    }
+
+    fn sos_needs_restart(&self) -> bool {
+        let place = self.plan.stops.place().unwrap_or(0);
+        self.plan.sos_needs_restart >> (place & 15) & 1 == 1
+    }
+
+    /// A stop could be left but for the restart acknowledge.
+    fn awaits_restart(&self, requested: &Word, cells: &senses::Cells) -> bool {
+        let demand = self.demand(requested, cells, true);
+        if self.plan.stops.in_sto() {
+            let is_free = demand.may_leave & self.plan.needs_restart & !demand.sto;
+            return is_free & self.plan.stops.is_released(&demand);
+        }
+        let stands = self.plan.stops.running().is_some_and(|(_, landed)| landed);
+        stands & demand.may_leave_sos & self.sos_needs_restart() & self.plan.stops.is_released(&demand)
     }
 
     fn requests_sto(&self, requested: &Word) -> bool {
@@ -181,7 +207,8 @@ impl Monitor {
         Demand {
             sto: must | !is_operational,
             stops: asked | self.ledger.demanded_stops(),
-            may_leave: !self.ledger.has_error() & (restart | !self.plan.needs_restart | !is_operational),
+            may_leave: !self.ledger.has_error() & (restart | !self.plan.needs_restart),
+            may_leave_sos: !self.ledger.has_error() & (restart | !self.sos_needs_restart()),
         }
     }
 
@@ -195,16 +222,16 @@ impl Monitor {
         let in_sto = self.plan.stops.in_sto();
         self.plan.bank.step(requested, in_sto, now, &cells.motion, &mut |owner, spec, breach, phase| {
             let code = logic.code(spec, breach, phase, spec.reaction);
-            let is_error = spec.reaction != Reaction::None;
-            ledger.raise(Entry { code, reaction: spec.reaction, is_error, cause: Cause::Reaction, owner });
+            ledger.raise(Entry { reaction: spec.reaction, owner, ..Entry::sto(code, Cause::Reaction) });
         });
     }
 
     fn advance_stops(&mut self, demand: &Demand, motion: &Motion, now: u64) {
         let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
         self.plan.stops.advance(demand, now, motion, &mut |_, spec, breach, phase| {
-            let code = logic.code(spec, breach, phase, Reaction::Sto);
-            ledger.raise(Entry::sto(code, Cause::Reaction));
+            let reaction = if breach == Breach::Line { spec.reaction } else { Reaction::Sto };
+            let code = logic.code(spec, breach, phase, reaction);
+            ledger.raise(Entry { reaction, ..Entry::sto(code, Cause::Reaction) });
         });
     }
 
@@ -219,7 +246,7 @@ impl Monitor {
         }
     }
 
-    fn status(&self, cells: &senses::Cells) -> Word {
+    fn status(&self, cells: &senses::Cells, requested: &Word) -> Word {
         let bits = &self.plan.bits;
         let set = |word: Word, bit: u8, value: bool| {
             if (bit != NO_BIT) & value { word.with(bit, true) } else { word }
@@ -233,6 +260,8 @@ impl Monitor {
             word = set(word, stop.spec.status, !landed);
             word = set(word, stop.standing_status, landed);
         }
+        word = set(word, bits.restart_request, self.awaits_restart(requested, cells));
+        word = self.plan.logic.show(word, requested, &cells.motion, &self.plan.stops, cells.now);
         for pair in 0..bits.pairs {
             let level = cells.levels >> (pair & 3) & 1 == 1;
             word = set(word, bits.inputs.saturating_add(pair), level);
@@ -266,7 +295,7 @@ impl Monitor {
             ready: is_ready,
             stop: self.stop(),
             overruns: cells.overruns,
-            status: self.status(cells),
+            status: self.status(cells, requested),
             requested: self.shown_requests(requested),
             inputs: cells.levels,
             acknowledgements: cells.acknowledge,
@@ -296,6 +325,10 @@ impl Monitor {
                 brake: brakes & logic.brakes(),
                 brake_open: !in_sto,
                 outputs: logic.outputs(&cells.word, requested, in_sto, &|bit| self.plan.bank.stands(bit)),
+                ..DriveRequest::default()
+            },
+            Logic::Etg(logic) => DriveRequest {
+                brake_open: logic.is_brake_open(requested, &self.plan.stops, cells.now),
                 ..DriveRequest::default()
             },
             Logic::None => DriveRequest::default(),

@@ -31,12 +31,9 @@ impl Slope {
 
     /// Adds a sample; slope of the line, position for each ns. 0 with a single sample.
     pub fn add(&mut self, position: f64, time_ns: u64) -> f64 {
-        self.positions.copy_within(0..SAMPLES - 1, 1);
-        self.times.copy_within(0..SAMPLES - 1, 1);
-        if let (Some(newest), Some(time)) = (self.positions.first_mut(), self.times.first_mut()) {
-            *newest = position;
-            *time = time_ns;
-        }
+        let ([p0, p1, p2, _], [t0, t1, t2, _]) = (self.positions, self.times);
+        self.positions = [position, p0, p1, p2];
+        self.times = [time_ns, t0, t1, t2];
         self.count = self.count.saturating_add(1).min(SAMPLES);
         let slope = self.fit(position, time_ns);
         let [newest, before, ..] = self.times;

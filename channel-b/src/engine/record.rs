@@ -121,6 +121,11 @@ impl Record {
         }
     }
 
+    /// Time since the start and time inside the window, ns; negative: not inside.
+    pub fn progress(&self, now: u64) -> Option<(i64, i64)> {
+        self.values(now).map(|values| (values.elapsed, values.dwelt))
+    }
+
     /// Whether the motion is permitted `now`; a pure function of what it is given.
     pub fn judge(&self, spec: &Spec, now: u64, motion: &Motion) -> Verdict {
         match self.values(now) {
@@ -156,6 +161,9 @@ impl Values {
         if self.landed {
             return Verdict { phase: Phase::Window, breach: self.window_breach(spec, motion) };
         }
+        if let Some(verdict) = self.early_end(spec, motion) {
+            return verdict;
+        }
         let past = self.elapsed.saturating_sub(spec.approach.delay_ns);
         if past < 0 {
             return Verdict { phase: Phase::Delay, breach: None };
@@ -163,9 +171,6 @@ impl Values {
         let line = Line::new(&spec.approach, self.speed, past, &spec.window);
         if line.is_met(&spec.approach) {
             return self.landing(spec, motion);
-        }
-        if let Some(verdict) = self.early_end(spec, motion) {
-            return verdict;
         }
         Verdict { phase: Phase::Line, breach: line.breach(&spec.approach, motion.speed) }
     }

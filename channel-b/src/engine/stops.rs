@@ -2,7 +2,7 @@
 
 use super::Motion;
 use super::record::{Breach, Phase, Record};
-use super::spec::Spec;
+use super::spec::{Reaction, Spec};
 use crate::twin::Twin;
 
 /// Most stop functions of one axis besides STO.
@@ -37,6 +37,8 @@ pub struct Demand {
     pub stops: u16,
     /// A finished stop may be left: no error stands, the restart rule is satisfied.
     pub may_leave: bool,
+    /// The same for a standing SOS at the end of an SS2.
+    pub may_leave_sos: bool,
 }
 
 /// All stop functions of one axis.
@@ -98,6 +100,11 @@ impl Stops {
         Some((self.at(*place)?, record.has_landed()))
     }
 
+    /// Time since the running stop began and time inside its window, ns.
+    pub fn progress(&self, now: u64) -> Option<(i64, i64)> {
+        self.active.as_ref().and_then(|(_, record)| record.progress(now))
+    }
+
     /// Place of the stop that brakes or stands.
     pub fn place(&self) -> Option<u8> {
         self.active.as_ref().map(|(place, _)| *place)
@@ -121,10 +128,17 @@ impl Stops {
             return;
         };
         let is_asked = demand.stops >> (place & 15) & 1 == 1;
-        let may = record.has_landed() & demand.may_leave & !is_asked;
+        let may = record.has_landed() & demand.may_leave_sos & !is_asked;
         if may {
             self.active = None;
         }
+    }
+
+    /// The request of what ended in this state is gone.
+    pub fn is_released(&self, demand: &Demand) -> bool {
+        let origin = self.origin.get().unwrap_or(-1);
+        let active = self.place().map_or(0, |place| 1 << (place & 15));
+        i64::from(demand.stops) & (origin | active) == 0
     }
 
     fn leave_sto(&mut self, demand: &Demand, now: u64) {
@@ -199,7 +213,11 @@ impl Stops {
         let verdict = record.judge(&stop.spec, now, motion);
         if let Some(breach) = verdict.breach {
             self.active = None;
-            self.enter_sto(0, now);
+            // ETG-SS2-10: only a left line may have another reaction than STO.
+            let is_own_reaction = matches!((breach, stop.spec.reaction), (Breach::Line, Reaction::Stop(_)));
+            if !is_own_reaction {
+                self.enter_sto(0, now);
+            }
             return found(place, &stop.spec, breach, verdict.phase);
         }
         record.note(&stop.spec, &verdict, now, motion);

@@ -78,6 +78,8 @@ pub struct Cells {
     pub reads_on: Option<bool>,
     /// Overruns in a row.
     pub overruns: u8,
+    /// Own clock, ns.
+    pub now: u64,
     /// First step of a settled start: everything counts as permitting.
     pub is_settled: bool,
 }
@@ -149,6 +151,7 @@ impl Monitor {
             path_test: PathTest::None,
             reads_on: sound(&inputs.readback).map(|cell: &Sampled<Readback>| cell.payload.path_b),
             overruns: inputs.overruns,
+            now,
             is_settled,
         };
         self.read_motion(inputs, &mut cells, now);
@@ -288,10 +291,8 @@ impl Monitor {
         let [newest, ..] = self.senses.published;
         let is_new = published.is_some_and(|new| newest.is_none_or(|old| old.exchange != new.exchange));
         if is_new {
-            self.senses.published.rotate_right(1);
-            if let Some(place) = self.senses.published.first_mut() {
-                *place = published;
-            }
+            let [first, second, third, _] = self.senses.published;
+            self.senses.published = [published, first, second, third];
         }
     }
 

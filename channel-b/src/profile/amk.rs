@@ -8,7 +8,7 @@ use shm_schema::word::Word;
 use super::{Asked, Bits, Plan, plain_requests};
 use crate::engine::record::Breach;
 use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, RPM, Range, Reaction, Slope, Spec};
-use crate::engine::stops::{End, Stop, Stops};
+use crate::engine::stops::{End, Stop};
 use crate::image::Image;
 use crate::inputs::LineSetup;
 use crate::ledger::{Cause, Entry, Ledger, NO_OWNER};
@@ -238,7 +238,7 @@ impl Logic {
     }
 
     /// Standstill times.
-    pub fn watch(&mut self, asked: &Asked<'_>, _stops: &Stops, ledger: &mut Ledger) {
+    pub fn watch(&mut self, asked: &Asked<'_>, ledger: &mut Ledger) {
         let ss1 = self.ss1;
         if let Some(standstill) = &mut self.standstill {
             standstill.watch(asked.motion.position, asked.now, ss1, ledger);

@@ -3,6 +3,8 @@
 
 pub mod amk;
 pub mod amk_rules;
+pub mod etg;
+pub mod etg_rules;
 
 use shm_schema::error::ErrorCode;
 use shm_schema::io::PAIRS;
@@ -48,6 +50,8 @@ pub struct Plan {
     pub tolerance_ns: u64,
     /// A finished stop is left by a restart acknowledge only (DEC-12).
     pub needs_restart: bool,
+    /// Bit n: the SOS at the end of stop n is left by a restart acknowledge only.
+    pub sos_needs_restart: u16,
     /// What the profile adds to the engine.
     pub logic: Logic,
 }
@@ -69,6 +73,8 @@ pub struct Bits {
     pub sto_active: u8,
     /// Status: an error stands.
     pub error: u8,
+    /// Status: a restart acknowledge is awaited.
+    pub restart_request: u8,
     /// Status: functional safety ready.
     pub valid: u8,
     /// Status: level of the first input pair, the others follow.
@@ -87,6 +93,7 @@ impl Bits {
         restart: NO_BIT,
         sto_active: NO_BIT,
         error: NO_BIT,
+        restart_request: NO_BIT,
         valid: NO_BIT,
         inputs: NO_BIT,
         pairs: 0,
@@ -113,6 +120,8 @@ pub struct Asked<'a> {
 pub enum Logic {
     /// AMK KW-R07/R17/R27.
     Amk(amk::Logic),
+    /// ETG.6100.2 generic profile.
+    Etg(etg::Logic),
     /// No profile: nothing is permitted.
     None,
 }
@@ -136,6 +145,7 @@ impl Plan {
             speed_difference: 0,
             tolerance_ns: 0,
             needs_restart: false,
+            sos_needs_restart: 0,
             logic: Logic::None,
         }
     }
@@ -149,6 +159,7 @@ impl Plan {
     pub fn build(image: &Image<'_>) -> Self {
         match image.profile {
             Profile::AmkKw => amk::build(image),
+            Profile::Etg61002 => etg::build(image),
             _ => Self::new(image),
         }
     }
@@ -192,7 +203,7 @@ impl Logic {
     pub fn requests(&mut self, bits: &Bits, asked: &Asked<'_>) -> Word {
         match self {
             Self::Amk(logic) => logic.requests(bits, asked),
-            Self::None => plain_requests(bits, asked.word),
+            Self::Etg(_) | Self::None => plain_requests(bits, asked.word),
         }
     }
 
@@ -200,19 +211,32 @@ impl Logic {
     pub fn code(&self, spec: &Spec, breach: Breach, _phase: Phase, reaction: Reaction) -> ErrorCode {
         match self {
             Self::Amk(_) => amk::code(spec, breach, reaction),
+            Self::Etg(_) => etg::code(spec, breach),
             Self::None => ErrorCode::single(1),
         }
     }
 
     /// The profile's name for an internal fault that AMK numbers as `code`.
     pub const fn internal(&self, code: ErrorCode) -> ErrorCode {
-        code
+        match self {
+            Self::Amk(_) | Self::None => code,
+            Self::Etg(_) => etg::internal(code),
+        }
+    }
+
+    /// Status bits a profile adds to those of the engine.
+    pub fn show(&self, word: Word, requested: &Word, motion: &Motion, stops: &Stops, now: u64) -> Word {
+        match self {
+            Self::Etg(logic) => logic.show(word, requested, motion, stops, now),
+            Self::Amk(_) | Self::None => word,
+        }
     }
 
     /// Supervision a profile has beside the functions (AMK: SEM).
-    pub fn watch(&mut self, asked: &Asked<'_>, stops: &Stops, ledger: &mut Ledger) {
+    pub fn watch(&mut self, asked: &Asked<'_>, requested: &Word, stops: &Stops, ledger: &mut Ledger) {
         match self {
-            Self::Amk(logic) => logic.watch(asked, stops, ledger),
+            Self::Amk(logic) => logic.watch(asked, ledger),
+            Self::Etg(logic) => logic.watch(asked, requested, stops, ledger),
             Self::None => {}
         }
     }
@@ -245,6 +269,7 @@ pub fn judge(image: &Image<'_>, report: &mut dyn FnMut(ErrorCode)) {
             &|number| image.find(number).map(i64::from),
             report,
         ),
+        Profile::Etg61002 => etg_rules::findings(image, report),
         _ => report(ErrorCode::amk(3609, 128, 6, 56)),
     }
 }

@@ -1,0 +1,501 @@
+//! ETG.6100.2 generic drive profile: rows for every instance a set names (DEC-40), words of
+//! up to 32 octets (DEC-41), SDI and the brake.
+
+use shm_schema::error::ErrorCode;
+use shm_schema::facts::etg;
+use shm_schema::facts::etg_6100_2::{control, status};
+use shm_schema::profile::{common, etg_key, reference};
+use shm_schema::word::Word;
+
+use super::{Asked, Bits, Plan};
+use crate::engine::Motion;
+use crate::engine::record::Breach;
+use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, RPM, Range, Reaction, Slope, Spec};
+use crate::engine::stops::{End, Stop, Stops};
+use crate::image::Image;
+use crate::ledger::{Cause, Entry, Ledger};
+use crate::twin::Twin;
+
+/// Default places of the words: function, instance, control bit, status bit (DEC-41).
+const PLACES: [(u32, u32, u8, u8); 32] = [
+    (etg::SS1, 1, control::SS1_1, NO_BIT),
+    (etg::SS1, 2, control::SS1_2, NO_BIT),
+    (etg::SS2, 1, control::SS2_1, NO_BIT),
+    (etg::SS2, 2, control::SS2_2, NO_BIT),
+    (etg::SOS, 1, control::SOS_1, status::SOS_1),
+    (etg::SOS, 2, control::SOS_2, status::SOS_2),
+    (etg::SSR, 1, control::SSR_1, status::SSR_1),
+    (etg::SSR, 2, control::SSR_2, status::SSR_2),
+    (etg::SSR, 3, control::SSR_3, status::SSR_3),
+    (etg::SSR, 4, control::SSR_4, status::SSR_4),
+    (etg::SLS, 1, control::SLS_1, status::SLS_1),
+    (etg::SLS, 2, control::SLS_2, status::SLS_2),
+    (etg::SLS, 3, control::SLS_3, status::SLS_3),
+    (etg::SLS, 4, control::SLS_4, status::SLS_4),
+    (etg::SLP, 1, control::SLP_1, status::SLP_1),
+    (etg::SLP, 2, control::SLP_2, status::SLP_2),
+    (etg::SLI, 1, control::SLI_1, status::SLI_1),
+    (etg::SLI, 2, control::SLI_2, status::SLI_2),
+    (etg::SLT, 1, control::SLT_1, status::SLT_1),
+    (etg::SLT, 2, control::SLT_2, status::SLT_2),
+    (etg::SAR, 1, control::SAR_1, status::SAR_1),
+    (etg::SAR, 2, control::SAR_2, status::SAR_2),
+    (etg::SBC, 1, control::SBC_1, status::SBC_1),
+    (etg::SMS, 1, NO_BIT, status::SMS),
+    (etg::SMA, 1, NO_BIT, status::SMA),
+    (etg::SSM, 1, NO_BIT, status::SSM_1),
+    (etg::SSM, 2, NO_BIT, status::SSM_2),
+    (etg::SSM, 3, NO_BIT, status::SSM_3),
+    (etg::SSM, 4, NO_BIT, status::SSM_4),
+    (etg::SCA, 1, NO_BIT, status::SCA_1),
+    (etg::SCA, 2, NO_BIT, status::SCA_2),
+    (etg::SDI, 1, NO_BIT, NO_BIT),
+];
+
+/// Windows and ramps: function with the numbers of its objects for time to monitoring, dwell,
+/// deceleration, delay and error reaction.
+const TIMED: [(u32, [u32; 5]); 4] = [
+    (etg::SS1, [1, 3, 4, 5, 0]),
+    (etg::SS2, [1, 2, 3, 4, 6]),
+    (etg::SSR, [1, 4, 5, 6, 7]),
+    (etg::SLS, [1, 3, 4, 5, 6]),
+];
+/// Number of the error reaction object of the other monitoring functions.
+const REACTION: u32 = 3;
+
+/// Builds rows for every instance the set names, stops first.
+pub fn build(image: &Image<'_>) -> Plan {
+    let mut plan = Plan::new(image);
+    plan.set_common(image);
+    let sto = |object: u32| image.find(etg_key(etg::STO, 1, object));
+    plan.needs_restart = sto(etg::sto::RESTART_ACKNOWLEDGE_BEHAVIOR).unwrap_or(1) != 0;
+    plan.bits = Bits {
+        sto: control::STO,
+        acknowledge: control::ERROR_ACK,
+        restart: control::RESTART_ACKNOWLEDGE,
+        sto_active: status::STO,
+        error: status::ERROR,
+        restart_request: if plan.needs_restart | needs_any_restart(image) {
+            status::RESTART_ACKNOWLEDGE_REQUEST
+        } else {
+            NO_BIT
+        },
+        low: Word::ZERO.with(control::STO, true),
+        ..Bits::NONE
+    };
+    let mut builder = Builder { image, plan, places: [(0, 0); crate::engine::stops::STOPS_MAX] };
+    builder.each(|builder, function, instance| builder.add_stop(function, instance));
+    builder.each(|builder, function, instance| builder.add_monitor(function, instance));
+    let logic = builder.logic();
+    let mut plan = builder.plan;
+    if logic.has_directions {
+        plan.bits.low = plan.bits.low.with(control::SDIP, true).with(control::SDIN, true);
+    }
+    plan.logic = super::Logic::Etg(logic);
+    plan
+}
+
+fn needs_any_restart(image: &Image<'_>) -> bool {
+    let mut keys = image.entries().map(|(key, _)| key >> 16);
+    keys.any(|function| function == etg::SS2)
+}
+
+struct Builder<'a> {
+    image: &'a Image<'a>,
+    plan: Plan,
+    /// Function and instance of each stop place.
+    places: [(u32, u32); crate::engine::stops::STOPS_MAX],
+}
+
+impl<'a> Builder<'a> {
+    /// Calls `act` once for each instance named in the set; keys are in order.
+    fn each(&mut self, act: impl Fn(&mut Self, u32, u32)) {
+        let mut last = (0, 0);
+        for (key, _) in self.image.entries() {
+            let found = (key >> 16, key >> 8 & 0xFF);
+            let is_function = found.0 <= etg::SCA;
+            if is_function & (found != last) {
+                last = found;
+                act(self, found.0, found.1);
+            }
+        }
+    }
+
+    fn find(&self, function: u32, instance: u32, object: u32) -> Option<i64> {
+        self.image.find(etg_key(function, instance, object)).map(i64::from)
+    }
+
+    fn value(&self, function: u32, instance: u32, object: u32) -> i64 {
+        self.find(function, instance, object).unwrap_or(0)
+    }
+
+    /// Control and status bit: the set's own assignment before the default (DEC-41).
+    fn bits(&self, function: u32, instance: u32) -> (u8, u8) {
+        let wanted = reference(function, instance);
+        let default = PLACES.iter().find(|place| (place.0, place.1) == (function, instance));
+        let (mut control, mut status) = default.map_or((NO_BIT, NO_BIT), |place| (place.2, place.3));
+        for (key, value) in self.image.entries() {
+            let place = key.wrapping_sub(common::CONTROL_WORD);
+            let shown = key.wrapping_sub(common::STATUS_WORD);
+            let is_wanted = value == wanted;
+            if is_wanted & (place < 255) {
+                control = place as u8;
+            }
+            if is_wanted & (shown < 255) {
+                status = shown as u8;
+            }
+        }
+        (control, status)
+    }
+
+    fn base(&mut self, function: u32, instance: u32) -> Spec {
+        let (control, status) = self.bits(function, instance);
+        if control != NO_BIT {
+            self.plan.bits.low = self.plan.bits.low.with(control, true);
+        }
+        Spec { id: function << 16 | instance << 8, control, status, ..Spec::IDLE }
+    }
+
+    /// ETG-ERR-02: the default is STO, 0 is none.
+    fn reaction(&self, function: u32, instance: u32, object: u32) -> Reaction {
+        match self.find(function, instance, object) {
+            Some(0) => Reaction::None,
+            Some(value) => {
+                let wanted = (value as u32 >> 8 & 0xFF, value as u32 & 0xFF);
+                let place = (0_u8..).zip(&self.places).find(|(_, stop)| **stop == wanted);
+                place.map_or(Reaction::Sto, |(place, _)| Reaction::Stop(place))
+            }
+            None => Reaction::Sto,
+        }
+    }
+
+    /// The larger magnitude of the SMS limits (ETG-SMS-02), 1/1000 rpm.
+    fn fastest(&self) -> i64 {
+        let limits = [1, 2].map(|object| self.value(etg::SMS, 1, object).saturating_abs());
+        limits.into_iter().fold(0, i64::max).saturating_mul(RPM)
+    }
+
+    /// Delay, line and times of SS1, SS2, SSR, SLS. `dwell_at_once`: a zero window without a
+    /// dwell time ends the time variant at once (ETG-SEQ-01).
+    fn approach(&self, function: u32, instance: u32, window: &Range, dwell_at_once: bool) -> Approach {
+        let row = TIMED.iter().find(|row| row.0 == function);
+        let Some((_, [time, dwell, slope, delay, _])) = row else { return Approach::NONE };
+        let ms = |object: u32| self.find(function, instance, object).map(|time| time.saturating_mul(MS_NS));
+        let (timeout_ns, delay_ns) = (ms(*time).unwrap_or(0), ms(*delay));
+        let rate = self.find(function, instance, *slope);
+        let has_line = rate.is_some() | delay_ns.is_some();
+        let length = timeout_ns.saturating_sub(delay_ns.unwrap_or(0));
+        let slope = match rate {
+            Some(rate) => Slope::per_second(rate),
+            None if has_line => Slope::over(self.largest_change(window), length),
+            None => Slope::NONE,
+        };
+        let is_waiting = (timeout_ns > 0) | has_line;
+        Approach {
+            delay_ns: delay_ns.unwrap_or(0),
+            slope,
+            timeout_ns,
+            timeout_strict: true,
+            dwell_ns: match ms(*dwell) {
+                Some(dwell) => dwell,
+                None if dwell_at_once & !has_line & is_waiting => 0,
+                None => -1,
+            },
+            ..Approach::NONE
+        }
+    }
+
+    /// DEC-04: the larger of the changes the limits may ask for.
+    fn largest_change(&self, window: &Range) -> i64 {
+        let [positive, negative] =
+            [1, 2].map(|object| self.value(etg::SMS, 1, object).saturating_abs().saturating_mul(RPM));
+        let down = positive.saturating_sub(window.upper).saturating_abs();
+        let up = negative.saturating_add(window.lower).saturating_abs();
+        if window.upper == i64::MAX { self.fastest() } else { down.max(up) }
+    }
+
+    fn add_stop(&mut self, function: u32, instance: u32) {
+        let stop = match function {
+            etg::SS1 => self.ss1(instance),
+            etg::SS2 => self.ss2(instance),
+            _ => return,
+        };
+        let Some(place) = self.plan.stops.add(stop) else { return };
+        if let Some(slot) = self.places.get_mut(usize::from(place)) {
+            *slot = (function, instance);
+        }
+        let restart = self.find(etg::SS2, instance, 5).unwrap_or(1) != 0;
+        if (function == etg::SS2) & restart {
+            self.plan.sos_needs_restart |= 1 << (place & 15);
+        }
+    }
+
+    fn ss1(&mut self, instance: u32) -> Stop {
+        let base = self.base(etg::SS1, instance);
+        let zero = self.find(etg::SS1, instance, 2);
+        let window = Range::around_zero(Quantity::Speed, zero.unwrap_or(0).saturating_mul(RPM));
+        let mut approach = self.approach(etg::SS1, instance, &window, zero.is_some());
+        // ETG-SS1-11: the end of the time is an error only where the zero window is used.
+        approach.timeout_strict = zero.is_some();
+        if zero.is_none() {
+            approach.dwell_ns = -1;
+        }
+        if (approach.dwell_ns >= 0) & (self.value(etg::SS1, instance, 6) != 0) {
+            // ETG-SBC-04: the brake closes first.
+            approach.dwell_ns = approach.dwell_ns.saturating_add(self.brake_ns());
+        }
+        Stop { spec: Spec { approach, window, ..base }, end: End::Sto, standing_status: NO_BIT }
+    }
+
+    /// ETG-SS2-02: instance k ends in SOS k.
+    fn ss2(&mut self, instance: u32) -> Stop {
+        let base = self.base(etg::SS2, instance);
+        let (_, standing_status) = self.bits(etg::SOS, instance);
+        let zero = self.find(etg::SOS, instance, 2);
+        let window = Range::around_zero(Quantity::Speed, zero.unwrap_or(0).saturating_mul(RPM));
+        let mut approach = self.approach(etg::SS2, instance, &window, zero.is_some());
+        approach.timeout_strict = zero.is_some();
+        let travel = self.find(etg::SOS, instance, 1);
+        let hold = travel.map_or(Range::OPEN, |half| Range::around_zero(Quantity::Travel, half));
+        // Without a velocity window the SOS watches the position only.
+        let is_open = zero.is_none() & (approach.slope.num == 0);
+        let window = if is_open { Range::OPEN } else { window };
+        let reaction = self.reaction(etg::SS2, instance, 6);
+        let spec = Spec { approach, window, hold, latch_late: true, reaction, ..base };
+        Stop { spec, end: End::Sos, standing_status }
+    }
+
+    fn brake_ns(&self) -> i64 {
+        self.value(etg::SBC, 1, 1).saturating_mul(MS_NS)
+    }
+
+    fn add_monitor(&mut self, function: u32, instance: u32) {
+        let Some((quantity, scale, is_magnitude)) = quantity(function) else {
+            return self.add_special(function, instance);
+        };
+        let of = |object: u32| self.value(function, instance, object).saturating_mul(scale);
+        let (upper, lower) = (of(1), of(2));
+        let lower = if is_magnitude { lower.saturating_abs().saturating_neg() } else { lower };
+        let upper = if is_magnitude { upper.saturating_abs() } else { upper };
+        let is_bit = matches!(function, etg::SSM | etg::SCA);
+        let by_parameter = is_bit | matches!(function, etg::SMS | etg::SMA);
+        // ETG-SMS-01, ETG-SSM-02, DEC-29: active only when one of the limits is not zero.
+        if by_parameter & (upper == 0) & (lower == 0) {
+            return;
+        }
+        let reaction = self.reaction(function, instance, REACTION);
+        let window = Range { quantity, lower, upper };
+        let base = self.base(function, instance);
+        self.add(Spec { window, bit_only: is_bit, in_sto: is_bit, reaction, ..base });
+    }
+
+    fn add_special(&mut self, function: u32, instance: u32) {
+        match function {
+            etg::SOS => self.add_sos(instance),
+            etg::SSR => {
+                let of = |object: u32| self.value(etg::SSR, instance, object).saturating_mul(RPM);
+                let window = Range { quantity: Quantity::Speed, lower: of(3), upper: of(2) };
+                self.add_timed(etg::SSR, instance, window);
+            }
+            etg::SLS => {
+                let limit = self.value(etg::SLS, instance, 2).saturating_mul(RPM);
+                self.add_timed(etg::SLS, instance, Range::around_zero(Quantity::Speed, limit));
+            }
+            etg::SBC => {
+                self.base(etg::SBC, instance);
+            }
+            _ => {}
+        }
+    }
+
+    fn add_sos(&mut self, instance: u32) {
+        let around = |object: u32, quantity: Quantity, scale: i64| {
+            let half = self.find(etg::SOS, instance, object);
+            half.map_or(Range::OPEN, |half| Range::around_zero(quantity, half.saturating_mul(scale)))
+        };
+        let window = around(1, Quantity::Travel, 1);
+        let hold = around(2, Quantity::Speed, RPM);
+        let base = self.base(etg::SOS, instance);
+        self.add(Spec { window, hold, ..base });
+    }
+
+    fn add_timed(&mut self, function: u32, instance: u32, window: Range) {
+        let approach = self.approach(function, instance, &window, false);
+        let object = TIMED.iter().find(|row| row.0 == function).map_or(0, |row| row.1[4]);
+        let reaction = self.reaction(function, instance, object);
+        let base = self.base(function, instance);
+        self.add(Spec { approach, window, reaction, ..base });
+    }
+
+    /// A function without a control bit that needs one can never be requested by the master;
+    /// it stays out rather than being always on.
+    fn add(&mut self, spec: Spec) {
+        let function = spec.id >> 16;
+        let by_parameter = matches!(function, etg::SMS | etg::SMA | etg::SSM | etg::SCA);
+        if by_parameter | (spec.control != NO_BIT) {
+            self.plan.bank.add(spec);
+        }
+    }
+
+    fn logic(&self) -> Logic {
+        let zero = |object: u32| self.find(etg::SDI, 1, object);
+        let has = |function: u32| self.image.entries().any(|(key, _)| key >> 16 == function);
+        let (brake_control, brake_status) = self.bits(etg::SBC, 1);
+        let mut closes = 0;
+        for (place, stop) in (0_u8..).zip(&self.places) {
+            let activates = (stop.0 == etg::SS1) && self.value(etg::SS1, stop.1, 6) != 0;
+            closes |= u16::from(activates) << (place & 15);
+        }
+        Logic {
+            has_directions: has(etg::SDI),
+            position_zero: zero(1),
+            velocity_zero: zero(2).map(|rpm| rpm.saturating_mul(RPM)),
+            latched: None,
+            moved: 0,
+            has_brake: has(etg::SBC),
+            brake_control,
+            brake_status,
+            brake_ns: self.brake_ns(),
+            closes,
+        }
+    }
+}
+
+/// Plain windows: quantity, scale, and whether both limits are magnitudes (DEC-31, DEC-39).
+const fn quantity(function: u32) -> Option<(Quantity, i64, bool)> {
+    Some(match function {
+        etg::SAR => (Quantity::Acceleration, RPM, false),
+        etg::SLP | etg::SCA => (Quantity::Position, 1, false),
+        etg::SMS => (Quantity::Speed, RPM, true),
+        etg::SLT => (Quantity::Torque, 1_000, true),
+        etg::SMA => (Quantity::Acceleration, RPM, true),
+        etg::SLI => (Quantity::Travel, 1, true),
+        etg::SSM => (Quantity::Speed, RPM, false),
+        _ => return None,
+    })
+}
+
+/// ETG-ERR-03 leaves codes to the maker: function, instance and the catalogue's E-number.
+pub const fn code(spec: &Spec, breach: Breach) -> ErrorCode {
+    let is_stop = matches!(spec.id >> 16, etg::SS1);
+    let number = match breach {
+        Breach::Line | Breach::TooFast => 2,
+        Breach::Damage => return ErrorCode::single(0xFF30),
+        _ => 1,
+    };
+    let number = if (spec.id >> 16 == etg::SS2) & !is_stop { 3 - number } else { number };
+    ErrorCode::single(spec.id | number)
+}
+
+/// Faults of the channel itself: 0xFF00 plus Info2 of the AMK row between the channels,
+/// 0xFF40 and above for what only one channel sees.
+pub const fn internal(code: ErrorCode) -> ErrorCode {
+    ErrorCode::single(match (code.info1, code.info2) {
+        (13, info2) => 0xFF00 | info2,
+        (76, info2) => 0xFF10 | info2,
+        (72, _) => 0xFF22,
+        (info1, info2) => 0xFF_0000 | info1 << 8 | info2,
+    })
+}
+
+/// Directions and brake.
+#[derive(Debug, Clone, Copy)]
+pub struct Logic {
+    has_directions: bool,
+    position_zero: Option<i64>,
+    velocity_zero: Option<i64>,
+    /// Position at which the speed first reached zero after activation (DEC-30).
+    latched: Option<Twin>,
+    /// Sign of the last motion, for a zero crossed between two samples.
+    moved: i64,
+    has_brake: bool,
+    brake_control: u8,
+    brake_status: u8,
+    brake_ns: i64,
+    closes: u16,
+}
+
+impl Logic {
+    /// ETG-SDI-02, ETG-SDI-03: once standstill was reached, not past the windows in a
+    /// direction that is not enabled.
+    pub fn watch(&mut self, asked: &Asked<'_>, requested: &Word, stops: &Stops, ledger: &mut Ledger) {
+        if !self.has_directions {
+            return;
+        }
+        let (no_positive, no_negative) = (requested.bit(control::SDIP), requested.bit(control::SDIN));
+        let is_off = stops.in_sto() | !(no_positive | no_negative);
+        if is_off {
+            self.latched = None;
+            self.moved = 0;
+            return;
+        }
+        let speed = asked.motion.speed;
+        let has_crossed = speed.signum().saturating_mul(self.moved) < 0;
+        let stands = speed.saturating_abs() <= self.velocity_zero.unwrap_or(0);
+        self.moved = speed.signum();
+        if self.latched.is_none() & (stands | has_crossed) {
+            self.latched = Some(Twin::new(asked.motion.position));
+        }
+        let Some(latched) = self.latched else { return };
+        let Some(reference) = latched.get() else {
+            return ledger.raise(Entry::sto(ErrorCode::single(0xFF30), Cause::Lasting));
+        };
+        let travel = asked.motion.position.saturating_sub(reference);
+        let outside = |value: i64, window: Option<i64>| {
+            window.is_some_and(|window| {
+                let above = no_positive & (value > window);
+                let below = no_negative & (value < window.saturating_neg());
+                above | below
+            })
+        };
+        let id = etg::SDI << 16 | 1 << 8;
+        if outside(travel, self.position_zero) {
+            self.trip(ledger, id | 1);
+        }
+        if outside(speed, self.velocity_zero) {
+            self.trip(ledger, id | 2);
+        }
+    }
+
+    fn trip(&mut self, ledger: &mut Ledger, code: u32) {
+        self.latched = None;
+        self.moved = 0;
+        ledger.raise(Entry::sto(ErrorCode::single(code), Cause::Reaction));
+    }
+
+    /// Moving bits (ETG-SDI-04) and the brake (ETG-SBC-01).
+    pub fn show(&self, word: Word, requested: &Word, motion: &Motion, stops: &Stops, now: u64) -> Word {
+        let mut word = word;
+        if self.has_directions {
+            let zero = self.velocity_zero.unwrap_or(0);
+            word = word.with(status::SDIP, motion.speed > zero);
+            word = word.with(status::SDIN, motion.speed < zero.saturating_neg());
+        }
+        let is_shown = self.has_brake & (self.brake_status != NO_BIT);
+        if is_shown { word.with(self.brake_status, self.is_brake_open(requested, stops, now)) } else { word }
+    }
+
+    /// ETG-SBC-02, ETG-SBC-04, ETG-SBC-05.
+    pub fn is_brake_open(&self, requested: &Word, stops: &Stops, now: u64) -> bool {
+        let is_requested = (self.brake_control != NO_BIT) && requested.bit(self.brake_control);
+        let is_closed = stops.in_sto() | (self.has_brake & is_requested) | self.closes_early(stops, now);
+        !is_closed
+    }
+
+    fn closes_early(&self, stops: &Stops, now: u64) -> bool {
+        let place = stops.place().unwrap_or(u8::MAX);
+        let activates = (place < 16) && self.closes >> (place & 15) & 1 == 1;
+        if !activates {
+            return false;
+        }
+        let (Some((stop, _)), Some((elapsed, dwelt))) = (stops.running(), stops.progress(now)) else {
+            return false;
+        };
+        let approach = &stop.spec.approach;
+        let latest = approach.timeout_ns.saturating_sub(self.brake_ns);
+        let by_time = (approach.timeout_ns > 0) & (elapsed >= latest);
+        let needed = approach.dwell_ns.saturating_sub(self.brake_ns);
+        let by_standstill = (approach.dwell_ns >= 0) & (dwelt >= 0) & (dwelt >= needed);
+        by_time | by_standstill
+    }
+}
