@@ -29,7 +29,9 @@ pub fn new_file(profile: Profile, serial: &str) -> String {
     }
     if profile != Profile::AmkKw {
         text.push_str("\n[common]\n");
-        definition::common().iter().for_each(|definition| parameter(&mut text, profile, definition));
+        for definition in definition::common() {
+            parameter(&mut text, profile, definition);
+        }
     }
     text
 }

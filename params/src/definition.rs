@@ -89,8 +89,7 @@ impl Definition {
     pub fn written(&self, raw: i64) -> String {
         let word = self.choices.iter().find(|choice| choice.raw == raw);
         match (self.kind, word) {
-            (Kind::Word, Some(choice)) => format!("\"{}\"", choice.word),
-            (Kind::Integer | Kind::Decimal, Some(choice)) => format!("\"{}\"", choice.word),
+            (Kind::Word | Kind::Integer | Kind::Decimal, Some(choice)) => format!("\"{}\"", choice.word),
             (Kind::Decimal, None) => {
                 let sign = if raw < 0 { "-" } else { "" };
                 format!("{sign}{}.{}", raw.abs() / 10, raw.abs() % 10)
@@ -119,7 +118,7 @@ impl Definition {
 
     fn number_range(&self) -> String {
         let words = self.choices.iter().filter(|_| matches!(self.kind, Kind::Integer | Kind::Decimal));
-        let words: String = words.map(|c| format!(", or \"{}\"", c.word)).collect();
+        let words = words.map(|c| format!(", or \"{}\"", c.word)).collect::<Vec<_>>().concat();
         // The words stand for 0, which is no number of the parameter's own range.
         let smallest = if words.is_empty() { self.min } else { self.min.max(1) };
         let bare = Self { choices: Vec::new(), ..self.clone() };

@@ -60,7 +60,8 @@ struct Codes {
 /// A row of Lenze, ATV or ETG; what a profile has not is empty.
 #[derive(Deserialize)]
 struct Code {
-    code: toml::Value,
+    #[serde(rename = "code")]
+    number: toml::Value,
     #[serde(default)]
     info: String,
     #[serde(default)]
@@ -84,7 +85,7 @@ impl Code {
         let class = self.error_class.as_ref().map(text).unwrap_or_default();
         Explanation {
             profile: profile.name().into(),
-            code: text(&self.code),
+            code: text(&self.number),
             title: joined(&[&self.info, &self.name]),
             class: joined(&[&class, &self.group]),
             cause: self.cause.clone(),
@@ -127,11 +128,12 @@ pub fn explain(code: &str) -> Vec<Explanation> {
         .strip_prefix("0x")
         .map_or_else(|| code.parse().ok(), |digits| i64::from_str_radix(digits, 16).ok());
     let mut found = amk::explain(code);
-    let rows = LENZE.iter().filter(|row| row.code.as_integer() == number && number.is_some());
+    let rows = LENZE.iter().filter(|row| row.number.as_integer() == number && number.is_some());
     found.extend(rows.map(|row| row.explanation(Profile::LenzeSm301)));
     for (profile, rows) in [(Profile::Atv340, &ATV), (Profile::Etg61002, &ETG)] {
-        let rows =
-            rows.iter().filter(|row| row.code.as_str().is_some_and(|known| known.eq_ignore_ascii_case(code)));
+        let rows = rows
+            .iter()
+            .filter(|row| row.number.as_str().is_some_and(|known| known.eq_ignore_ascii_case(code)));
         found.extend(rows.map(|row| row.explanation(profile)));
     }
     found

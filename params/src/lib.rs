@@ -10,6 +10,7 @@
 //! from the raw values (design 7): a mistake here costs a start, never a limit.
 #![forbid(unsafe_code)]
 
+pub mod acceptance;
 pub mod check;
 pub mod create;
 pub mod definition;

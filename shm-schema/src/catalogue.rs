@@ -36,3 +36,5 @@ pub const RULES_LENZE_SM301: &str = include_str!("../facts/rules-lenze-sm301.tom
 pub const RULES_ATV340: &str = include_str!("../facts/rules-atv340.toml");
 /// Control and status word of `etg-6100-2`.
 pub const WORDS_ETG_6100_2: &str = include_str!("../facts/words-etg-6100-2.toml");
+/// What has to be proved at the machine, function by function.
+pub const PROOFS: &str = include_str!("../facts/proofs.toml");

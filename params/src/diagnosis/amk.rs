@@ -46,7 +46,8 @@ struct Row {
 #[derive(Deserialize)]
 struct Meaning {
     value: toml::Value,
-    meaning: String,
+    #[serde(rename = "meaning")]
+    words: String,
     #[serde(default)]
     params: String,
     #[serde(default)]
@@ -120,7 +121,7 @@ impl Meaning {
         Info {
             field: field.into(),
             value,
-            meaning: joined(&[&self.meaning, &channel]),
+            meaning: joined(&[&self.words, &channel]),
             params: self.params.clone(),
         }
     }

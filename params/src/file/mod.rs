@@ -81,9 +81,7 @@ fn axis_number(reader: &mut Reader, table: &toml_edit::Table) -> Option<u8> {
 }
 
 /// Keys of a table with their spans and values, nested tables joined with a dot (DEC-51).
-pub(crate) fn flat<'a>(
-    table: &'a dyn TableLike,
-) -> Vec<(String, Option<std::ops::Range<usize>>, &'a toml_edit::Item)> {
+pub(crate) fn flat(table: &dyn TableLike) -> Vec<(String, Option<std::ops::Range<usize>>, &toml_edit::Item)> {
     let mut all = Vec::new();
     for (name, item) in table.iter() {
         let span = table.get_key_value(name).and_then(|(key, _)| key.span());

@@ -9,7 +9,8 @@ fn one(text: &str) -> AxisSet {
 }
 
 fn join(errors: &[Diagnostic]) -> String {
-    errors.iter().map(|error| format!("{error}\n")).collect()
+    let lines: Vec<_> = errors.iter().map(ToString::to_string).collect();
+    lines.join("\n")
 }
 
 fn errors(text: &str) -> String {

@@ -159,6 +159,15 @@ pub fn seal(
     Ok(store::write(prepared, folder, Some(&plain))?)
 }
 
+/// What a restart does (design 7, AMK-PMT-17): a set that is loaded but not validated is
+/// erased. Whoever starts a machine calls it first; true means that there is no set now.
+///
+/// # Errors
+/// Reading or removing.
+pub fn restart(folder: &Path) -> Result<bool, SealError> {
+    Ok(store::erase_unvalidated(folder)?)
+}
+
 /// One thing that was verified.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Item {

@@ -13,13 +13,14 @@ use super::Prepared;
 pub const IMAGE_FOLDER: &str = "current";
 const SETS: &str = "sets";
 const CONFIRMED: &str = "confirmed";
+const UNVALIDATED: &str = "-unvalidated";
 const SOURCE: &str = "set.toml";
 
 /// Writes a set and makes it the current one. `typed` is what a person confirmed; without it
 /// the images are not validated.
 pub(super) fn write(prepared: &Prepared, folder: &Path, typed: Option<&str>) -> io::Result<()> {
     let name = prepared.device_signature();
-    let suffix = if typed.is_some() { "" } else { "-unvalidated" };
+    let suffix = if typed.is_some() { "" } else { UNVALIDATED };
     let target = format!("{SETS}/{name}{suffix}");
     fs::create_dir_all(folder.join(SETS))?;
     fs::create_dir_all(folder.join(CONFIRMED))?;
@@ -52,6 +53,22 @@ fn write_as(prepared: &Prepared, folder: &Path, target: &str, typed: Option<&str
         replace(&confirmed, format!("typed_back = \"{typed}\"\n").as_bytes())?;
     }
     switch(folder, target)
+}
+
+/// Erases the current set if its name says that nobody validated it.
+pub(super) fn erase_unvalidated(folder: &Path) -> io::Result<bool> {
+    let current = folder.join(IMAGE_FOLDER);
+    let target = match fs::read_link(&current) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+        other => other?,
+    };
+    if !target.to_string_lossy().contains(UNVALIDATED) {
+        return Ok(false);
+    }
+    fs::remove_file(&current)?;
+    sync_folder(folder)?;
+    fs::remove_dir_all(folder.join(target))?;
+    Ok(true)
 }
 
 /// Points `current` to another set: the one instant at which everything changes.

@@ -99,6 +99,18 @@ fn a_loaded_set_is_not_validated() {
     assert!(verify(&folder.0, &installation).expect("readable").iter().all(|item| item.right));
 }
 
+/// AMK-PMT-17
+#[test]
+fn a_restart_erases_a_loaded_set_and_keeps_a_sealed_one() {
+    let (folder, installation) = sealed();
+    assert!(!restart(&folder.0).expect("possible"));
+    let prepared = prepare(SET, "set.toml", &installation).expect("right");
+    load(&prepared, &folder.0).expect("written");
+    assert!(restart(&folder.0).expect("possible"));
+    assert!(verify(&folder.0, &installation).is_err());
+    assert!(!restart(&folder.0).expect("possible"));
+}
+
 /// AMK-SVC-03: a set sealed for one device is nothing for another.
 #[test]
 fn a_set_of_another_device_does_not_verify() {

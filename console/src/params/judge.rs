@@ -1,0 +1,243 @@
+//! Commands that look and judge: they write nothing.
+
+use std::{fmt::Write as _, path::PathBuf};
+
+use params::{
+    AxisSet, Report, dictionary, response,
+    rule::Severity,
+    view::{self, Row},
+};
+use serde_json::json;
+
+use super::{Failure, Outcome, machine, print, read};
+
+/// Options of `check`.
+#[derive(Debug, clap::Args)]
+pub struct Check {
+    /// Parameter file.
+    file: PathBuf,
+}
+
+/// Options of `show` and `dictionary`.
+#[derive(Debug, clap::Args)]
+pub struct Show {
+    /// Parameter file.
+    file: PathBuf,
+    /// Only what the file names, not the defaults.
+    #[arg(long)]
+    named: bool,
+}
+
+/// Options of `explain`.
+#[derive(Debug, clap::Args)]
+pub struct Explain {
+    /// Name of a parameter, as files write it.
+    name: String,
+}
+
+/// Options of `diff`.
+#[derive(Debug, clap::Args)]
+pub struct Diff {
+    /// First file.
+    left: PathBuf,
+    /// Second file.
+    right: PathBuf,
+}
+
+/// Options of `response`.
+#[derive(Debug, clap::Args)]
+pub struct Response {
+    /// Parameter file.
+    file: PathBuf,
+    /// Response of the sensor, ms.
+    #[arg(long, default_value_t = 0.0)]
+    sensor: f64,
+    /// Processing of the safety controller, ms.
+    #[arg(long, default_value_t = 0.0)]
+    controller: f64,
+    /// Cycle of the safety bus with its transmission, ms.
+    #[arg(long, default_value_t = 0.0)]
+    bus: f64,
+    /// Watchdog of the safety bus, ms.
+    #[arg(long, default_value_t = 0.0)]
+    watchdog: f64,
+    /// Highest frequency at which a stop may begin, Hz (ATV).
+    #[arg(long, default_value_t = 0.0)]
+    start_hz: f64,
+}
+
+pub fn check(args: &Check, json: bool) -> Outcome {
+    let report = params::check(&read(&args.file)?, &args.file.display().to_string());
+    if json {
+        println!("{}", serde_json::to_string(&report).unwrap_or_default());
+    } else {
+        report.findings.iter().for_each(|finding| print!("{}", finding_text(finding)));
+    }
+    if !report.diagnostics.is_empty() {
+        return Err(report.diagnostics.into());
+    }
+    if !json {
+        print!("{}", summary(&report));
+    }
+    if report.passed() { Ok(()) } else { Err(Failure::Short) }
+}
+
+fn finding_text(finding: &params::Finding) -> String {
+    let kind = if finding.severity == Severity::Error { "error" } else { "warning" };
+    let place = match finding.position.line {
+        0 => finding.file.clone(),
+        line => format!("{}:{line}:{}", finding.file, finding.position.column),
+    };
+    let code = if finding.code.is_empty() { String::new() } else { format!(" {}", finding.code) };
+    let values: Vec<_> =
+        finding.params.iter().map(|named| format!("{} = {}", named.name, named.value)).collect();
+    format!(
+        "{place}: {kind} {}{code} (axis {}): {}\n    {}\n    remedy: {}\n",
+        finding.rule,
+        finding.axis,
+        finding.message,
+        values.join(", "),
+        finding.remedy
+    )
+}
+
+fn summary(report: &Report) -> String {
+    let errors = report.findings.iter().filter(|finding| finding.severity == Severity::Error).count();
+    let warnings = report.findings.len() - errors;
+    format!("{}: {} axes, {errors} errors, {warnings} warnings\n", report.file, report.axes)
+}
+
+fn rows(args: &Show, axis: &AxisSet) -> Vec<Row> {
+    view::show(axis).into_iter().filter(|row| row.named || !args.named).collect()
+}
+
+pub fn show(args: &Show, json: bool) -> Outcome {
+    let machine = machine(&args.file)?;
+    let axes: Vec<_> = machine.axes.iter().map(|axis| json!({ "axis": axis.number, "profile": axis.profile.name(), "serial": axis.serial, "signatures": axis.signatures(), "values": rows(args, axis) })).collect();
+    print(json, &axes, || machine.axes.iter().map(|axis| axis_text(args, axis)).collect());
+    Ok(())
+}
+
+fn axis_text(args: &Show, axis: &AxisSet) -> String {
+    let signatures = axis.signatures();
+    let mut text = format!(
+        "axis {}, {}, serial {}\ntemplate {:08X}, content {:08X}, device {:08X}\n",
+        axis.number,
+        axis.profile.name(),
+        axis.serial,
+        signatures.template,
+        signatures.content,
+        signatures.device
+    );
+    for row in rows(args, axis) {
+        let mark = if row.named { ' ' } else { '*' };
+        let meaning = if row.meaning.is_empty() { String::new() } else { format!("  {}", row.meaning) };
+        let _ =
+            writeln!(text, "{mark} {:<44} {:>14} {:<12} {}{meaning}", row.key, row.value, row.unit, row.name);
+    }
+    text.push_str("* default\n");
+    text
+}
+
+pub fn explain(args: &Explain, json: bool) -> Outcome {
+    let found = view::parameter(&args.name);
+    if found.is_empty() {
+        return Err(Failure::line(format!(
+            "unknown parameter {}; expected a name such as Prm67, C15320, SC57 or SLS_1.velocity_limit",
+            args.name
+        )));
+    }
+    print(json, &found, || found.iter().map(parameter_text).collect());
+    Ok(())
+}
+
+fn parameter_text(parameter: &view::Parameter) -> String {
+    let definition = &parameter.definition;
+    let mut text = format!(
+        "{} ({}): {}\n  {}\n  range: {}\n  default: {}\n  function: {}\n",
+        definition.key,
+        parameter.profile,
+        definition.name,
+        definition.text,
+        parameter.range,
+        parameter.written_default,
+        definition.function
+    );
+    for choice in &definition.choices {
+        let _ = writeln!(text, "    {} {} {}", choice.raw, choice.word, choice.text);
+    }
+    let _ = writeln!(text, "  source: {}", definition.source);
+    text
+}
+
+pub fn diff(args: &Diff, json: bool) -> Outcome {
+    let (left, right) = (machine(&args.left)?, machine(&args.right)?);
+    let mut differences = Vec::new();
+    for axis in &left.axes {
+        match right.axes.iter().find(|other| other.number == axis.number) {
+            Some(other) if other.profile == axis.profile => {
+                let own = view::diff(axis, other).into_iter();
+                differences.extend(own.map(|difference| (axis.number, difference)));
+            }
+            _ => return Err(unlike(args, axis.number)),
+        }
+    }
+    if let Some(axis) =
+        right.axes.iter().find(|axis| left.axes.iter().all(|other| other.number != axis.number))
+    {
+        return Err(unlike(args, axis.number));
+    }
+    print(json, &differences, || {
+        differences.iter().map(|(axis, difference)| format!("axis {axis}: {difference}\n")).collect()
+    });
+    if differences.is_empty() { Ok(()) } else { Err(Failure::Short) }
+}
+
+fn unlike(args: &Diff, axis: u8) -> Failure {
+    Failure::line(format!(
+        "axis {axis} is not in both {} and {} with one profile; expected sets of the same axes",
+        args.left.display(),
+        args.right.display()
+    ))
+}
+
+pub fn dictionary(args: &Show, json: bool) -> Outcome {
+    let machine = machine(&args.file)?;
+    let axis = machine.axes.iter().find(|axis| axis.profile == shm_schema::profile::Profile::Etg61002);
+    let axis = axis.ok_or_else(|| {
+        Failure::line(format!("{}: no axis has profile etg-6100-2; expected one", args.file.display()))
+    })?;
+    let objects = dictionary::dictionary(axis);
+    print(json, &objects, || objects.iter().map(object_text).collect());
+    Ok(())
+}
+
+fn object_text(object: &dictionary::Object) -> String {
+    let mut text = format!(
+        "{} {} {} {} {}\n",
+        object.row, object.name, object.object_code, object.data_type, object.condition
+    );
+    for entry in &object.entries {
+        let _ = writeln!(text, "    :{} = {}", entry.sub_index, entry.value);
+    }
+    text
+}
+
+pub fn response(args: &Response, json: bool) -> Outcome {
+    let machine = machine(&args.file)?;
+    let us = |ms: f64| (ms.max(0.0) * 1_000.0).round() as u64;
+    let around = response::Surroundings {
+        sensor: us(args.sensor),
+        controller: us(args.controller),
+        bus: us(args.bus),
+        watchdog: us(args.watchdog),
+        start_mhz: us(args.start_hz),
+    };
+    let chains: Vec<_> = machine
+        .axes
+        .iter()
+        .flat_map(|axis| response::chains(axis, &around).into_iter().map(|chain| (axis.number, chain)))
+        .collect();
+    print(json, &chains, || chains.iter().map(|(axis, chain)| format!("axis {axis}: {chain}\n")).collect());
+    Ok(())
+}
