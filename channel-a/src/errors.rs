@@ -14,6 +14,8 @@ pub enum Class {
     Notice,
     /// Acknowledged once its cause is gone; torque off until then.
     Cause,
+    /// Acknowledged once its cause is gone; starts no stop of its own.
+    Flaw,
     /// Ends with a restart of the set; torque off until then.
     Restart,
     /// Ends with a valid parameter set; torque off until then.
@@ -64,7 +66,7 @@ impl Errors {
         for place in &mut self.entries {
             let stays = place.is_some_and(|entry| match entry.class {
                 Class::Limit => !settled,
-                Class::Cause | Class::StandingWarning => entry.fresh,
+                Class::Cause | Class::Flaw | Class::StandingWarning => entry.fresh,
                 Class::Restart | Class::Parameter => true,
                 Class::Notice | Class::Warning => false,
             });

@@ -2,7 +2,7 @@
 
 use shm_schema::agreement::PathTest;
 use shm_schema::command::{Command, CommandSource};
-use shm_schema::encoder::Encoder;
+use shm_schema::encoder::{Encoder, SlotKind};
 use shm_schema::error::ErrorList;
 use shm_schema::exchange::{Inputs, Outputs, Setup, Start};
 use shm_schema::inhibit::Inhibit;
@@ -166,7 +166,12 @@ impl Monitor {
             None => {
                 let sound = self.evaluate(&cell, judged);
                 let reading = self.encoder.reading();
-                (reading.position, reading.speed, None, sound & self.encoder.is_primed())
+                (
+                    reading.position,
+                    reading.speed,
+                    None,
+                    sound & (self.encoder.is_primed() | self.is_encoderless()),
+                )
             }
         };
         let derived = speed.saturating_sub(before.speed).saturating_mul(1_000_000_000);
@@ -182,8 +187,15 @@ impl Monitor {
         sound
     }
 
+    fn is_encoderless(&self) -> bool {
+        self.program.encoder.kind == Some(SlotKind::Encoderless)
+    }
+
     fn evaluate(&mut self, cell: &shm_schema::exchange::Sampled<Encoder>, judged: bool) -> bool {
         if !self.encoder_cell.advanced {
+            return true;
+        }
+        if self.is_encoderless() {
             return true;
         }
         match self.encoder.take(cell) {
@@ -293,7 +305,9 @@ impl Monitor {
             sample: self.sample,
             operational: self.phase == Phase::Operational,
         };
-        let requests = self.program.rules.requests(&outside, &self.program.stops);
+        let used = self.program.used;
+        let watches = self.program.watches.get(..used).unwrap_or(&[]);
+        let requests = self.program.rules.requests(&outside, watches, &self.program.stops);
         for (code, class) in requests.faults.into_iter().flatten() {
             self.errors.raise(code, class);
         }
@@ -343,6 +357,8 @@ impl Monitor {
 
     /// Stop functions, then watches, then what their violations start.
     fn functions(&mut self, requests: &mut Requests, moving: bool) {
+        let n0 = self.command_cell.last().is_some_and(|cell| cell.payload.drive_n0);
+        self.sample = self.program.rules.sample(self.sample, n0);
         let sample = self.sample;
         let stopped = self.errors.removes_torque() | self.partner.error();
         let idle = self.phase != Phase::Operational;
@@ -352,6 +368,7 @@ impl Monitor {
         forced.sto |= stopped | idle | blind;
         forced.blocked = self.errors.blocks();
         let stops = &mut self.program.stops;
+        stops.restart_once |= requests.restart_once;
         stops.command(forced, &sample);
         let broken = stops.advance(&sample);
         let mut monitored = !stops.is_sto();
@@ -362,6 +379,11 @@ impl Monitor {
         }
         self.stand_still(moving);
         self.watch(requests.watches, monitored, &sample);
+        let watches = self.program.watches.get(..self.program.used).unwrap_or(&[]);
+        if let Some((code, class)) = self.program.rules.respond(watches, &sample).filter(|_| monitored) {
+            self.errors.raise(code, class);
+            self.program.stops.enter_sto(sample.now_ns);
+        }
     }
 
     fn watch(&mut self, asked: u64, monitored: bool, sample: &Sample) {

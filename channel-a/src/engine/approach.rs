@@ -26,6 +26,19 @@ pub enum Origin {
     Highest(i64),
 }
 
+/// A line that falls from an offset start value to zero within a span (Lenze, DEC-49).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fall {
+    /// Start value above the latched speed, per cent of it.
+    pub percent: i64,
+    /// Start value above the latched speed when `percent` is 0, 1/1000 rpm.
+    pub least: i64,
+    /// Held for this long, ns.
+    pub hold_ns: u64,
+    /// Zero is reached after this long, ns.
+    pub end_ns: u64,
+}
+
 /// How a window is approached.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Approach {
@@ -45,6 +58,8 @@ pub struct Approach {
     pub limit_ns: Option<u64>,
     /// No line is monitored: only time and dwell end the approach (ETG, time variants).
     pub unmonitored: bool,
+    /// A line that is monitored from activation on and does not end the approach.
+    pub fall: Option<Fall>,
     /// Highest speed that a ramp tolerates at all, 1/1000 rpm (AMKP-RAMP-04).
     pub ceiling: Option<i64>,
 }
@@ -95,6 +110,9 @@ impl Progress {
         let expired = plan.limit_ns.is_some_and(|limit| elapsed >= limit);
         if dwelt | expired {
             return Stage::Arrived;
+        }
+        if let Some(fall) = &plan.fall {
+            return self.under_fall(plan, fall, elapsed, speed);
         }
         if delayed {
             return Stage::Under;
@@ -156,6 +174,24 @@ impl Progress {
             (true, Some(Side::Lower)) => Stage::Violated(Side::Lower),
             (false, Some(Side::Upper)) => Stage::Violated(Side::Upper),
             _ => Stage::Under,
+        }
+    }
+
+    fn under_fall(&self, plan: &Approach, fall: &Fall, elapsed: u64, speed: i64) -> Stage {
+        let magnitude = self.start.saturating_abs();
+        let share = magnitude.saturating_mul(fall.percent) / 100;
+        let offset = if fall.percent == 0 { fall.least } else { share };
+        let top = i128::from(magnitude.saturating_add(offset));
+        let span = i128::from(fall.end_ns.saturating_sub(fall.hold_ns));
+        let left = i128::from(fall.end_ns.saturating_sub(elapsed.max(fall.hold_ns)));
+        let forward = if self.start < 0 { speed.saturating_neg() } else { speed };
+        let above_line = i128::from(forward).wrapping_mul(span) > top.wrapping_mul(left);
+        // DEC-49: never below the tolerance window.
+        let above_window = forward > plan.window.upper;
+        let behind = forward < plan.window.lower;
+        match (above_line & above_window, behind) {
+            (false, false) => Stage::Under,
+            (above, _) => Stage::Violated(if above == (self.start >= 0) { Side::Upper } else { Side::Lower }),
         }
     }
 

@@ -64,6 +64,8 @@ pub struct Demand {
     pub blocked: bool,
     /// A restart acknowledge edge.
     pub restart: bool,
+    /// The running or standing stop is cancelled at once (enable switch).
+    pub release: bool,
 }
 
 /// A violation while a stop runs or stands.
@@ -100,6 +102,11 @@ pub struct Stops {
     active: Active,
     held: u8,
     sto_since_ns: u64,
+    ended: Option<u8>,
+    /// The next leaving needs a restart acknowledge whatever the parameters say.
+    pub restart_once: bool,
+    /// When STO is left, a requested stop that ends in SOS stands at once (LNZ-SOS-04).
+    pub direct_sos: bool,
     /// STO is left only with a restart acknowledge (DEC-12).
     pub restart: bool,
     /// STO lasts at least this long, ns (ATV 100 ms).
@@ -135,6 +142,11 @@ impl Stops {
         self.active == Active::Sto
     }
 
+    /// The stop function whose end this STO is.
+    pub fn ended(&self) -> Option<u8> {
+        self.ended.filter(|_| self.is_sto())
+    }
+
     /// No stop function brakes: a violation has reached its end state (DEC-15).
     pub fn is_settled(&self) -> bool {
         !matches!(self.active, Active::Braking(..))
@@ -158,8 +170,13 @@ impl Stops {
             let ends_here = self.rank_of(place) == 2;
             self.held |= if ends_here { bit(place) } else { 0 };
         }
+        if let Active::Standing(place, _) = self.active {
+            // DEC-13: aborted, and remembered as long as it is requested.
+            self.held &= !bit(place);
+        }
         if !self.is_sto() {
             self.sto_since_ns = now_ns;
+            self.ended = None;
         }
         self.active = Active::Sto;
     }
@@ -170,9 +187,14 @@ impl Stops {
             self.held |= bit(place);
         }
         self.held &= demand.stops;
+        let was_sto = self.is_sto();
         self.leave(demand, sample.now_ns);
         if demand.sto {
             self.enter_sto(sample.now_ns);
+        }
+        let left_sto = was_sto & (self.active == Active::None);
+        if left_sto & self.direct_sos {
+            self.stand_at_once(demand.stops & !self.held, sample.position);
         }
         // DEC-13: a lower stop requested meanwhile is remembered as long as it is requested.
         let pending = demand.stops & !self.held;
@@ -186,7 +208,20 @@ impl Stops {
         }
     }
 
+    fn stand_at_once(&mut self, pending: u8, position: i64) {
+        let sos = (0..STOPS as u8).find(|place| (pending & bit(*place) != 0) & (self.rank_of(*place) == 1));
+        if let Some(place) = sos {
+            self.active = Active::Standing(place, position);
+        }
+    }
+
     fn leave(&mut self, demand: Demand, now_ns: u64) {
+        let cancelled = demand.release & !(demand.sto | demand.blocked);
+        if cancelled {
+            self.active = Active::None;
+            self.restart_pending = false;
+            return;
+        }
         let (kept, restart) = match self.active {
             Active::Sto => {
                 let short = now_ns.saturating_sub(self.sto_since_ns) < self.sto_least_ns;
@@ -200,11 +235,13 @@ impl Stops {
             Active::None | Active::Braking(..) => return self.restart_pending = false,
         };
         let free = !(kept | demand.blocked);
+        let restart = restart | self.restart_once;
         self.restart_pending = free & restart;
         let acknowledged = !restart | demand.restart;
         if free & acknowledged {
             self.active = Active::None;
             self.restart_pending = false;
+            self.restart_once = false;
         }
     }
 
@@ -254,8 +291,7 @@ impl Stops {
         plan: &Plan,
         sample: &Sample,
     ) -> [Option<Violation>; 2] {
-        let ramp =
-            |side| Some(Violation { function: plan.function, part: Part::Ramp, side, position: false });
+        let left = |part, side| Some(Violation { function: plan.function, part, side, position: false });
         match progress.step(&plan.approach, sample.now_ns, sample.speed) {
             Stage::Under => {
                 self.active = Active::Braking(place, progress);
@@ -263,16 +299,17 @@ impl Stops {
             }
             Stage::Violated(side) => {
                 self.fail(plan.reaction, sample);
-                [ramp(side), None]
+                [left(Part::Ramp, side), None]
             }
             Stage::Arrived => {
                 let outside = plan.approach.window.left_by(sample.speed).filter(|_| plan.judged_at_end);
                 if let Some(side) = outside {
                     self.fail(plan.reaction, sample);
-                    return [ramp(side), None];
+                    return [left(Part::End, side), None];
                 }
                 if plan.end == End::Sto {
                     self.enter_sto(sample.now_ns);
+                    self.ended = Some(place);
                     return [None; 2];
                 }
                 self.active = Active::Standing(place, sample.position);

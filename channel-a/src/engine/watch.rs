@@ -57,6 +57,8 @@ pub struct Plan {
 pub enum Part {
     /// The ramp, or the window at the instant in which the ramp ends.
     Ramp,
+    /// The window at the instant in which a stop function ends.
+    End,
     /// The held window.
     Window,
 }
@@ -86,14 +88,13 @@ pub struct Watch {
     /// Its row of the table.
     pub plan: Plan,
     state: State,
-    latch: i64,
     start_speed: i64,
 }
 
 impl Watch {
     /// An instance that has not been requested yet.
     pub fn new(plan: Plan) -> Self {
-        Self { plan, state: State::Idle, latch: 0, start_speed: 0 }
+        Self { plan, state: State::Idle, start_speed: 0 }
     }
 
     /// Forgets everything: no request, or STO (DEC-14).
@@ -127,7 +128,6 @@ impl Watch {
     pub fn step(&mut self, sample: &Sample) -> Option<Violation> {
         if matches!(self.state, State::Idle) {
             self.state = State::Approaching(Progress::begin(sample.now_ns, sample.speed));
-            self.latch = sample.position;
             self.start_speed = sample.speed;
         }
         let found = match &mut self.state {
@@ -149,7 +149,7 @@ impl Watch {
             Stage::Under => None,
             Stage::Violated(side) => Some(Violation { part: Part::Ramp, side }),
             Stage::Arrived => {
-                self.state = State::Holding(zero_of(self.plan.quantity).is_none().then_some(self.latch));
+                self.state = State::Holding(zero_of(self.plan.quantity).is_none().then_some(sample.position));
                 let ramped = self.plan.approach.slope.run_ns != 0;
                 self.hold(sample, if ramped { Part::Ramp } else { Part::Window })
             }

@@ -360,8 +360,8 @@ pub fn stop_code(violation: stop::Violation) -> (ErrorCode, Class) {
 const fn infos(part: Part, side: Side, position: bool) -> (u32, u32) {
     match (part, side, position) {
         (_, Side::Ceiling, _) => (0, 1),
-        (Part::Ramp, Side::Upper, _) => (0, 8),
-        (Part::Ramp, Side::Lower, _) => (0, 9),
+        (Part::Ramp | Part::End, Side::Upper, _) => (0, 8),
+        (Part::Ramp | Part::End, Side::Lower, _) => (0, 9),
         (Part::Window, Side::Upper, false) => (3, 0),
         (Part::Window, Side::Lower, false) => (4, 0),
         (Part::Window, Side::Upper, true) => (5, 0),

@@ -3,7 +3,10 @@
 
 mod amk;
 mod amk_rules;
+mod contacts;
 mod etg;
+mod lenze;
+mod pulse;
 mod sem;
 
 use shm_schema::drive::DriveRequest;
@@ -64,6 +67,8 @@ pub struct Requests {
     pub acknowledgements: u32,
     /// An edge that acknowledges errors.
     pub acknowledge: bool,
+    /// The next leaving of a stop needs a restart acknowledge.
+    pub restart_once: bool,
     /// Faults of the inputs.
     pub faults: [Option<(ErrorCode, Class)>; 4],
 }
@@ -146,6 +151,8 @@ pub enum Rules {
     Amk(amk::Amk),
     /// ETG.6100.2.
     Etg(etg::Etg),
+    /// Lenze SM301.
+    Lenze(lenze::Lenze),
 }
 
 impl Program {
@@ -170,6 +177,7 @@ impl Program {
         match image.profile {
             Profile::AmkKw => amk::build(image, &mut program),
             Profile::Etg61002 => etg::build(image, &mut program),
+            Profile::LenzeSm301 => lenze::build(image, &mut program),
             _ => {}
         }
         program
@@ -208,14 +216,14 @@ pub const fn tolerance_ns(factor: i64) -> u64 {
 
 impl Rules {
     /// Requests of this step.
-    pub fn requests(&mut self, outside: &Outside, stops: &Stops) -> Requests {
-        let _ = stops;
+    pub fn requests(&mut self, outside: &Outside, watches: &[Watch], stops: &Stops) -> Requests {
         match self {
             Self::Refused => {
                 Requests { demand: Demand { sto: true, ..Demand::default() }, ..Requests::default() }
             }
             Self::Amk(amk) => amk.requests(outside),
             Self::Etg(etg) => etg.requests(outside),
+            Self::Lenze(lenze) => lenze.requests(outside, watches, stops),
         }
     }
 
@@ -226,6 +234,7 @@ impl Rules {
             Self::Refused => Word::from_u32(0x81),
             Self::Amk(amk) => amk.status(state),
             Self::Etg(etg) => etg.status(state),
+            Self::Lenze(lenze) => lenze.status(state),
         }
     }
 
@@ -235,6 +244,7 @@ impl Rules {
             Self::Refused => DriveRequest::default(),
             Self::Amk(amk) => amk.drive(state),
             Self::Etg(etg) => etg.drive(state),
+            Self::Lenze(lenze) => lenze.drive(state),
         }
     }
 
@@ -244,6 +254,7 @@ impl Rules {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(_) => amk::watch_code(plan, violation),
             Self::Etg(_) => etg::watch_code(plan, violation),
+            Self::Lenze(_) => lenze::watch_code(plan, violation),
         }
     }
 
@@ -253,6 +264,7 @@ impl Rules {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(_) => amk::stop_code(violation),
             Self::Etg(_) => etg::stop_code(violation),
+            Self::Lenze(_) => lenze::stop_code(violation),
         }
     }
 
@@ -262,6 +274,7 @@ impl Rules {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(amk) => amk.fault_code(fault),
             Self::Etg(_) => etg::fault_code(fault),
+            Self::Lenze(lenze) => lenze.fault_code(fault),
         }
     }
 
@@ -271,6 +284,23 @@ impl Rules {
             Self::Refused => {}
             Self::Amk(_) => amk::difference_codes(found, raise),
             Self::Etg(_) => etg::difference_codes(found, raise),
+            Self::Lenze(_) => lenze::difference_codes(found, raise),
+        }
+    }
+
+    /// What the profile makes of the measured motion.
+    pub fn sample(&self, sample: Sample, drive_n0: bool) -> Sample {
+        match self {
+            Self::Lenze(lenze) => lenze.sample(sample, drive_n0),
+            _ => sample,
+        }
+    }
+
+    /// A violation whose reaction does not help in time is STO.
+    pub fn respond(&mut self, watches: &[Watch], sample: &Sample) -> Option<(ErrorCode, Class)> {
+        match self {
+            Self::Lenze(lenze) => lenze.respond(watches, sample),
+            _ => None,
         }
     }
 
@@ -299,6 +329,7 @@ pub fn rules(image: &Image, report: &mut dyn FnMut(ErrorCode)) {
     match image.profile {
         Profile::AmkKw => amk_rules::findings(image, report),
         Profile::Etg61002 => etg::findings(image, report),
+        Profile::LenzeSm301 => lenze::findings(image, report),
         _ => report(refusal_code(Refusal::Unfit)),
     }
 }

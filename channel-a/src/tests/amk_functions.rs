@@ -356,3 +356,15 @@ fn the_drives_clear_command_acknowledges_too() {
     bench.clear = true;
     assert!(!bench.ride(12, |_| 0.0).status.bit(7));
 }
+
+#[test]
+fn an_ss2_that_sto_interrupted_begins_again_while_it_is_requested() {
+    // DEC-13
+    let mut bench = Bench::amk(SET);
+    bench.word = without(2);
+    assert_eq!(bench.until(20).stop, Stop::Sos);
+    bench.word &= without(0);
+    assert_eq!(bench.until(21).stop, Stop::Sto);
+    bench.word = without(2);
+    assert_eq!(bench.until(22).stop, Stop::Sos);
+}

@@ -107,7 +107,6 @@ impl Bench {
     }
 
     fn inputs(&mut self) -> Inputs {
-        let now_ns = self.k * MILLISECOND;
         if self.encoder_alive {
             self.encoder_sequence = self.k + 1;
         }

@@ -4,3 +4,4 @@ mod amk_functions;
 mod amk_life;
 mod bench;
 mod etg;
+mod lenze;

@@ -1,0 +1,153 @@
+//! Two-channel contacts with a discrepancy time (LNZ-IN-14 to LNZ-IN-18). Channel A acts
+//! on line .1 (DEC-36) and watches line .2 for the discrepancy.
+
+use crate::inputs::Line;
+
+/// Both lines of a pair.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Contact {
+    own: Line,
+    other: Line,
+    limit_ns: u64,
+    state: State,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+enum State {
+    /// Both low.
+    #[default]
+    Off,
+    /// One became high.
+    Rising(u64),
+    /// Both high.
+    On,
+    /// One became low; which lines have been low since.
+    Falling(u64, bool, bool),
+    /// Too late; whether it began from ON.
+    Faulty(bool),
+    /// Both lines have shown the level that the acknowledgement waits for.
+    Released,
+}
+
+impl Contact {
+    /// Filter in samples of 62.5 µs, discrepancy time in ns.
+    pub fn new(filter: u64, limit_ns: u64) -> Self {
+        Self { own: Line::new(filter), other: Line::new(filter), limit_ns, state: State::Off }
+    }
+
+    /// The lines have stood like this for ever.
+    pub fn settle(&mut self, own: bool, other: bool) {
+        self.own.settle(own);
+        self.other.settle(other);
+        self.state = if own & other { State::On } else { State::Off };
+    }
+
+    /// Debounced level of the own line.
+    pub const fn level(&self) -> bool {
+        self.own.level()
+    }
+
+    /// The valuation: ON.
+    pub fn is_on(&self) -> bool {
+        match self.state {
+            State::On => true,
+            State::Falling(_, own_fell, _) => !own_fell,
+            _ => false,
+        }
+    }
+
+    /// Either line is high.
+    pub const fn has_signal(&self) -> bool {
+        self.own.level() | self.other.level()
+    }
+
+    /// New samples; `true` while a discrepancy error stands.
+    pub fn take(&mut self, patterns: (u64, u64), new: u64, now_ns: u64) -> bool {
+        self.own.take(patterns.0, new);
+        self.other.take(patterns.1, new);
+        let (own, other) = (self.own.level(), self.other.level());
+        let late = |since: u64| now_ns.saturating_sub(since) > self.limit_ns;
+        self.state = match self.state {
+            State::Off if own & other => State::On,
+            State::Off if own | other => State::Rising(now_ns),
+            State::Rising(_) if own & other => State::On,
+            State::Rising(since) if late(since) => State::Faulty(false),
+            State::On if !(own | other) => State::Off,
+            State::On if !(own & other) => State::Falling(now_ns, !own, !other),
+            State::Falling(since, own_fell, other_fell) => {
+                let (own_fell, other_fell) = (own_fell | !own, other_fell | !other);
+                match own_fell & other_fell {
+                    true => State::Off,
+                    false if late(since) => State::Faulty(true),
+                    false => State::Falling(since, own_fell, other_fell),
+                }
+            }
+            State::Faulty(true) if !(own | other) => State::Released,
+            State::Faulty(false) if own & other => State::Released,
+            state => state,
+        };
+        matches!(self.state, State::Faulty(_))
+    }
+
+    /// The error was acknowledged.
+    pub fn acknowledge(&mut self) {
+        if self.state == State::Released {
+            let on = self.own.level() & self.other.level();
+            self.state = if on { State::On } else { State::Off };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn run(contact: &mut Contact, from_ms: u64, to_ms: u64, own: bool, other: bool) -> bool {
+        let pattern = |high: bool| if high { u64::MAX } else { 0 };
+        let mut faulty = false;
+        for k in from_ms..=to_ms {
+            faulty = contact.take((pattern(own), pattern(other)), 16, k * MS);
+        }
+        faulty
+    }
+
+    fn settled(on: bool) -> Contact {
+        let mut contact = Contact::new(4, 10 * MS);
+        contact.settle(on, on);
+        contact
+    }
+
+    #[test]
+    fn one_low_line_is_tolerated_for_the_discrepancy_time() {
+        // LNZ-IN-09, LNZ-IN-14
+        let mut contact = settled(true);
+        assert!(!run(&mut contact, 1, 11, false, true));
+        assert!(!contact.is_on());
+        assert!(run(&mut contact, 12, 12, false, true));
+    }
+
+    #[test]
+    fn an_error_from_on_is_acknowledged_after_both_lines_were_low() {
+        // LNZ-IN-15
+        let mut contact = settled(true);
+        assert!(run(&mut contact, 1, 20, false, true));
+        contact.acknowledge();
+        assert!(run(&mut contact, 21, 30, true, true));
+        assert!(!run(&mut contact, 31, 35, false, false));
+        contact.acknowledge();
+        run(&mut contact, 36, 40, true, true);
+        assert!(contact.is_on());
+    }
+
+    #[test]
+    fn a_line_that_falls_and_returns_does_not_switch_on_again() {
+        // LNZ-IN-18
+        let mut contact = settled(true);
+        run(&mut contact, 1, 2, false, true);
+        assert!(!run(&mut contact, 3, 5, true, true));
+        assert!(!contact.is_on());
+        assert!(run(&mut contact, 6, 12, true, true));
+    }
+}
