@@ -76,8 +76,8 @@ impl Crosscheck {
 
         let mut standing = self.compared.and_also(witnesses).and_also(clocks);
         standing = standing.and_also(self.presence(inputs.overruns));
-        standing = standing.and_also(self.paths.observe(self.driven(), &self.seen, now_ns));
         standing = standing.and_also(self.self_test(now_ns));
+        standing = standing.and_also(self.supervise_paths(now_ns));
         self.acknowledge(standing);
         self.outputs()
     }
@@ -146,6 +146,13 @@ impl Crosscheck {
         faults
     }
 
+    fn supervise_paths(&mut self, now_ns: u64) -> FaultSet {
+        if self.test.runs() {
+            return self.paths.leave_to_test(&self.seen, now_ns);
+        }
+        self.paths.observe(self.driven(), &self.seen, now_ns)
+    }
+
     /// What A and B drive. A channel that is lost drives nothing as far as anyone knows; a
     /// withheld test edge is no end of driving.
     fn driven(&self) -> (bool, bool) {
@@ -189,6 +196,7 @@ impl Crosscheck {
         };
         let reasons = [
             self.limits.acceptable,
+            self.comparing,
             self.pair.is_some_and(|pair| pair.a.payload.ready & pair.b.payload.ready),
             self.unpaired_cycles < SILENT_MAX,
             // The newest word of each counts too: what is withdrawn is withdrawn at once.

@@ -128,6 +128,12 @@ impl Paths {
         pulse_b: Pulse::NEW,
     };
 
+    /// The self-test runs and judges the paths itself; afterwards both are judged anew.
+    pub fn leave_to_test(&mut self, seen: &Seen, now_ns: u64) -> FaultSet {
+        (self.a, self.b) = (Watch::default(), Watch::default());
+        self.dormant(seen, now_ns)
+    }
+
     /// Judges one cycle; `driven` says what A and B drive.
     pub fn observe(&mut self, driven: (bool, bool), seen: &Seen, now_ns: u64) -> FaultSet {
         let (reads_a, reads_b) = seen.paths();
@@ -207,6 +213,11 @@ impl SelfTest {
     /// Whether both paths have been seen on and off.
     pub fn is_passed(self) -> bool {
         self.step == Step::Passed
+    }
+
+    /// Whether the test is under way.
+    pub const fn runs(self) -> bool {
+        self.step.runs()
     }
 
     /// Back to the beginning: a channel started anew, or a failed test was acknowledged.
