@@ -7,15 +7,13 @@
 mod bench;
 #[path = "black_channel/device.rs"]
 mod device;
-
-
-
-
+#[path = "black_channel/differential.rs"]
+mod differential;
+#[path = "black_channel/disturbed.rs"]
+mod disturbed;
 #[path = "black_channel/exchange.rs"]
 mod exchange;
-
-
-
-
-
-
+#[path = "black_channel/flips.rs"]
+mod flips;
+#[path = "black_channel/matrix.rs"]
+mod matrix;

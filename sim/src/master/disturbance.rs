@@ -79,6 +79,11 @@ impl Line {
         self.calm = calm;
     }
 
+    /// Old frames are gone: none of them is repeated.
+    pub fn forget(&mut self) {
+        self.past.clear();
+    }
+
     /// Cycles disturbed so far.
     pub const fn disturbed(&self) -> u64 {
         self.disturbed

@@ -44,6 +44,7 @@ pub struct Host {
     to_send: Vec<u8>,
     seen: Vec<u8>,
     sent_ns: u64,
+    restarts: u64,
 }
 
 impl Host {
@@ -65,6 +66,7 @@ impl Host {
             to_send: Vec::new(),
             seen: Vec::new(),
             sent_ns: 0,
+            restarts: 0,
             config,
         };
         host.send();
@@ -79,6 +81,11 @@ impl Host {
     /// Number of the telegram on the bus.
     pub const fn number(&self) -> u32 {
         self.number
+    }
+
+    /// How often the number was started over.
+    pub const fn restarts(&self) -> u64 {
+        self.restarts
     }
 
     /// Control octet of the telegram on the bus.
@@ -196,6 +203,7 @@ impl Host {
 
     fn fault(&mut self, now_ns: u64) {
         self.phase = Phase::Restarting;
+        self.restarts += 1;
         self.acknowledged = false;
         self.inputs = None;
         self.turn(0, control::ACTIVATE_FV | control::R_CONS_NR, now_ns);
