@@ -51,6 +51,8 @@ pub struct Bench {
     /// The producer stands still.
     pub frozen_encoder: bool,
     pub overruns: u8,
+    /// The evaluator's cell does not advance.
+    pub frozen_readback: bool,
     /// Exchanges by which A's number is wrong.
     pub lie_a: u64,
     sequence: u64,
@@ -86,6 +88,7 @@ impl Bench {
             broken_b: false,
             frozen_encoder: false,
             overruns: 0,
+            frozen_readback: false,
             lie_a: 0,
             sequence: 0,
             last_a: None,
@@ -118,7 +121,7 @@ impl Bench {
             report_a,
             report_b,
             readback: Ok(Sampled {
-                sequence: self.sequence,
+                sequence: if self.frozen_readback { 1 } else { self.sequence },
                 timestamp_ns: self.now_ns,
                 crc32: 0,
                 payload: readback,

@@ -248,6 +248,68 @@ fn an_hour_without_a_dynamic_test_is_a_warning() {
     assert!(outputs.agreement.errors.contains(amk(3610, 76, 6)));
 }
 
+/// DEC-16: after a loss a 0 must be seen before a 1 is an edge.
+#[test]
+fn an_acknowledge_level_that_returns_high_with_the_channel_is_no_edge() {
+    let mut bench = Bench::settled();
+    bench.run(5);
+    bench.broken_b = true;
+    bench.run(5);
+    bench.broken_b = false;
+    bench.b.acknowledgements = 1;
+    assert!(bench.run(3).agreement.error);
+    bench.b.acknowledgements = 0;
+    bench.step();
+    bench.b.acknowledgements = 1;
+    assert!(!bench.step().agreement.error);
+}
+
+/// Freshness: without a readback nothing is permitted, from the third cycle on.
+#[test]
+fn a_readback_that_stands_still_withdraws_the_permit_in_the_third_cycle() {
+    let mut bench = Bench::settled();
+    bench.stop_both();
+    (bench.a.ready, bench.b.ready) = (true, true);
+    bench.run(10);
+    bench.frozen_readback = true;
+    assert!(bench.run(2).agreement.permit);
+    let outputs = bench.step();
+    assert!(!outputs.agreement.permit);
+    assert!(!outputs.agreement.error);
+    bench.frozen_readback = false;
+    assert!(bench.step().agreement.permit);
+}
+
+/// DEC-24: the newest word counts, even before its partner has come.
+#[test]
+fn a_channel_that_is_not_ready_withdraws_the_permit_before_the_other_has_reported() {
+    let mut bench = Bench::settled();
+    bench.run(5);
+    bench.step_without_reports();
+    let mut a = bench.sampled(&bench.a, bench.exchange);
+    a.payload.ready = false;
+    let outputs = bench.raw(Ok(a), Err(CellFault::Missing));
+    assert!(!outputs.agreement.permit);
+}
+
+/// Freshness: more than one cycle in the future is as bad as stale.
+#[test]
+fn a_report_from_the_future_is_no_report() {
+    for (ahead_ns, lost) in [(CYCLE_NS, false), (CYCLE_NS + 1, true)] {
+        let mut bench = Bench::settled();
+        bench.run(5);
+        let mut error = false;
+        for _ in 0..3 {
+            bench.step_without_reports();
+            let mut a = bench.sampled(&bench.a, bench.exchange);
+            a.timestamp_ns += ahead_ns;
+            let b = bench.sampled(&bench.b, bench.exchange);
+            error = bench.raw(Ok(a), Ok(b)).agreement.error;
+        }
+        assert_eq!(error, lost);
+    }
+}
+
 /// Total on any input: nothing there at all.
 #[test]
 fn without_any_cell_there_is_no_permit_and_no_panic() {
