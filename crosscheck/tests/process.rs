@@ -31,7 +31,7 @@ const DEADLINE: Duration = Duration::from_secs(20);
 struct Machine {
     root: PathBuf,
     prefix: String,
-    node: Node<ipc::Service>,
+    node: Option<Node<ipc::Service>>,
 }
 
 impl Machine {
@@ -46,12 +46,13 @@ impl Machine {
         config.global.set_root_path(&Path::new(path.as_os_str().as_encoded_bytes()).expect("a path"));
         config.global.prefix = FileName::new(prefix.as_bytes()).expect("a name");
         let node = NodeBuilder::new().config(&config).create::<ipc::Service>().expect("a node");
-        Self { root, prefix, node }
+        Self { root, prefix, node: Some(node) }
     }
 
     fn create<const N: usize>(&self, kind: Kind) -> Service {
         let name = format!("safepair/{}/{:08x}", kind.name(), kind.layout());
-        let builder = self.node.service_builder(&name.as_str().try_into().expect("a name"));
+        let node = self.node.as_ref().expect("alive");
+        let builder = node.service_builder(&name.as_str().try_into().expect("a name"));
         let creator = builder.blackboard_creator::<u32>().add(u32::from(AXIS), [0_u8; N]);
         creator.create().expect("created once")
     }
@@ -71,7 +72,13 @@ impl Machine {
 
 impl Drop for Machine {
     fn drop(&mut self) {
+        drop(self.node.take());
         let _ = fs::remove_dir_all(&self.root);
+        // The library leaves the node's own memory behind, as our processes never clean up.
+        let files = fs::read_dir("/dev/shm").into_iter().flatten().flatten();
+        for file in files.filter(|file| file.file_name().to_string_lossy().starts_with(&self.prefix)) {
+            let _ = fs::remove_file(file.path());
+        }
     }
 }
 
