@@ -16,4 +16,5 @@ pub mod random;
 pub mod replay;
 pub mod shm;
 pub mod signals;
+pub mod soak;
 pub mod trace;
