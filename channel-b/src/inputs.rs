@@ -171,24 +171,41 @@ impl Line {
 pub struct Inputs {
     /// Lines .2 of the pairs.
     pub lines: [Line; PAIRS],
+    /// Lines .1, for profiles with a discrepancy time of their own.
+    pub others: [Line; PAIRS],
     samples: Option<u64>,
+    are_read: bool,
 }
 
 impl Inputs {
     /// Lines with their setups.
     pub fn new(setups: [LineSetup; PAIRS]) -> Self {
-        Self { lines: setups.map(Line::new), samples: None }
+        Self { lines: setups.map(Line::new), others: setups.map(Line::new), samples: None, are_read: false }
+    }
+
+    /// Levels of lines .1, bit n for pair n; all low when unreadable.
+    pub fn others(&self) -> u32 {
+        if !self.are_read {
+            return 0;
+        }
+        (0..).zip(&self.others).fold(0, |levels, (pair, line)| levels | u32::from(line.level()) << (pair & 3))
     }
 
     /// Takes the samples of this cycle; `None`: unreadable, all levels low (DEC-18).
     /// Returns the levels, bit n for pair n.
     pub fn take(&mut self, io: Option<&Io>, settled: bool) -> u32 {
-        let Some(io) = io else { return 0 };
+        let Some(io) = io else {
+            self.are_read = false;
+            return 0;
+        };
+        self.are_read = true;
         let count = match self.samples {
             Some(before) => io.samples.wrapping_sub(before).min(64) as u32,
             None => 64,
         };
-        for (line, pattern) in self.lines.iter_mut().zip(io.line_2) {
+        let own = self.lines.iter_mut().zip(io.line_2);
+        let others = self.others.iter_mut().zip(io.line_1);
+        for (line, pattern) in own.chain(others) {
             if settled {
                 line.settle(pattern);
             } else {

@@ -6,6 +6,8 @@ mod supervision;
 mod tests;
 #[cfg(test)]
 mod tests_etg;
+#[cfg(test)]
+mod tests_lenze;
 
 use shm_schema::drive::DriveRequest;
 use shm_schema::error::ErrorCode;
@@ -17,7 +19,7 @@ use crate::BUILD;
 use crate::compare::{Comparison, Limits};
 use crate::encoder::Evaluation;
 use crate::engine::Motion;
-use crate::engine::record::Breach;
+use crate::engine::record::{Breach, SPEED_MAX};
 use crate::engine::spec::{NO_BIT, Reaction};
 use crate::engine::stops::{Demand, End};
 use crate::fresh::{Clock, Freshness};
@@ -124,16 +126,27 @@ impl Monitor {
         self.ledger.begin_cycle();
         let cells = self.read(inputs, is_settled, now_ns);
         self.supervise_cells(inputs, &cells, now_ns);
-        let edges = self.senses.acknowledges.edges(cells.acknowledge, is_settled);
-        self.acknowledge(edges.any());
+        let mut edges = self.senses.acknowledges.edges(cells.acknowledge, is_settled);
+        let mut cells = cells;
+        if !self.plan.has_encoder {
+            // LNZ-SS1-02: without encoder the drive's own standstill is all there is.
+            cells.motion.speed = if cells.drive_n0 { 0 } else { SPEED_MAX };
+        }
         let asked = Asked {
             word: &cells.word,
             levels: cells.levels,
+            others: cells.others,
             drive_n0: cells.drive_n0,
+            is_first: self.is_first,
+            is_settled,
             motion: &cells.motion,
             now: now_ns,
         };
-        let requested = self.plan.logic.requests(&self.plan.bits, &asked);
+        let (restart, error) = self.plan.logic.terminals(&asked);
+        edges.restart |= restart;
+        edges.error |= error;
+        self.acknowledge(edges.any());
+        let requested = self.plan.logic.requests(&self.plan.bits, &asked, &self.plan.bank, &mut self.ledger);
         let starts = self.start_up(&cells, &requested, edges.any() | edges.restart, now_ns);
         // ETG-RST-03: the edge counts while the request is shown.
         let restart = edges.restart & self.restart_pending;
@@ -216,6 +229,10 @@ impl Monitor {
     fn functions(&mut self, requested: &Word, cells: &senses::Cells, restart: bool, now: u64) {
         self.visit(3);
         let demand = self.demand(requested, cells, restart | self.is_first);
+        if self.plan.logic.completes_stops() {
+            let freed = Demand { may_leave: !self.ledger.has_error(), ..demand };
+            self.plan.stops.complete(&freed);
+        }
         self.plan.stops.leave(&demand, now);
         self.advance_stops(&demand, &cells.motion, now);
         let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
@@ -261,7 +278,14 @@ impl Monitor {
             word = set(word, stop.standing_status, landed);
         }
         word = set(word, bits.restart_request, self.awaits_restart(requested, cells));
-        word = self.plan.logic.show(word, requested, &cells.motion, &self.plan.stops, cells.now);
+        word = self.plan.logic.show(
+            word,
+            requested,
+            &cells.motion,
+            &self.plan.stops,
+            cells.now,
+            &self.plan.bank,
+        );
         for pair in 0..bits.pairs {
             let level = cells.levels >> (pair & 3) & 1 == 1;
             word = set(word, bits.inputs.saturating_add(pair), level);
@@ -300,7 +324,7 @@ impl Monitor {
             inputs: cells.levels,
             acknowledgements: cells.acknowledge,
             position: cells.motion.position,
-            speed_mrpm: cells.motion.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
+            speed_mrpm: self.senses.motion.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
             drive: self.drive_request(cells, requested),
             errors: self.ledger.list(),
             ..Report::default()
@@ -329,6 +353,11 @@ impl Monitor {
             },
             Logic::Etg(logic) => DriveRequest {
                 brake_open: logic.is_brake_open(requested, &self.plan.stops, cells.now),
+                ..DriveRequest::default()
+            },
+            Logic::Lenze(logic) => DriveRequest {
+                brake_open: !in_sto,
+                outputs: logic.outputs(&cells.word, in_sto),
                 ..DriveRequest::default()
             },
             Logic::None => DriveRequest::default(),

@@ -182,7 +182,7 @@ impl Evaluation {
         }
         let difference = place - last.place;
         match slot.kind {
-            SlotKind::Resolver => Ok((difference - libm::rint(difference)) * INCREMENTS),
+            SlotKind::Resolver => Ok((difference - libm::rint(difference)) * self.per_pole_pair()),
             SlotKind::Digital => Ok(slot.digital.saturating_sub(last.slot.digital) as f64),
             _ => self.periods_moved(difference),
         }
@@ -222,11 +222,16 @@ impl Evaluation {
         Ok(Evaluated { position: libm::rint(self.turns) as i64, speed_mrpm: libm::rint(speed) as i64 })
     }
 
+    /// Increments of one electrical turn of a resolver.
+    fn per_pole_pair(&self) -> f64 {
+        INCREMENTS / f64::from(self.setup.pole_pairs.max(1))
+    }
+
     /// First position: both channels count from the same origin.
     fn origin(&self, slot: &Slot, place: f64) -> f64 {
         let per_turn = f64::from(self.setup.periods.max(1));
         match slot.kind {
-            SlotKind::Resolver => place * INCREMENTS,
+            SlotKind::Resolver => place * self.per_pole_pair(),
             SlotKind::Digital => place,
             _ => place * INCREMENTS / per_turn,
         }

@@ -83,6 +83,12 @@ impl Bank {
         self.slots.iter().take(self.count).fold(status, |word, slot| slot.show(word, motion))
     }
 
+    /// Whether the function with status bit `bit` is requested and was not violated.
+    pub fn is_active(&self, bit: u8) -> bool {
+        let mut slots = self.slots.iter().take(self.count);
+        slots.any(|slot| (slot.spec.status == bit) && matches!(slot.state, State::Active(_)))
+    }
+
     /// Whether the function with status bit `bit` stands in its window.
     pub fn stands(&self, bit: u8) -> bool {
         let mut slots = self.slots.iter().take(self.count);
@@ -142,8 +148,8 @@ impl Slot {
         if self.spec.status == NO_BIT {
             return word;
         }
-        let bit = if self.spec.bit_only {
-            !matches!(self.state, State::Idle) && is_inside(&self.spec, motion)
+        let bit = if self.spec.bit_only | self.spec.shows_inside {
+            matches!(self.state, State::Active(_)) && is_inside(&self.spec, motion)
         } else {
             self.stands()
         };

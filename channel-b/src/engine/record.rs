@@ -97,12 +97,28 @@ impl Record {
 
     fn note_landing(&mut self, spec: &Spec, motion: &Motion) {
         if self.landed.is(true) {
-            return;
+            return self.note_furthest(spec, motion);
         }
         self.landed = Twin::flag(true);
         if spec.latch_late {
             self.position = Twin::new(motion.position);
         }
+    }
+
+    /// A function that has reached its window already (LNZ-SOS-04).
+    #[must_use]
+    pub const fn landed(self) -> Self {
+        Self { landed: Twin::flag(true), ..self }
+    }
+
+    fn note_furthest(&mut self, spec: &Spec, motion: &Motion) {
+        let Some(reference) = self.position.get() else { return };
+        let furthest = match spec.ratchet {
+            1 => reference.max(motion.position),
+            -1 => reference.min(motion.position),
+            _ => return,
+        };
+        self.position = Twin::new(furthest);
     }
 
     fn note_peak(&mut self, motion: &Motion) {
@@ -170,7 +186,11 @@ impl Values {
         }
         let line = Line::new(&spec.approach, self.speed, past, &spec.window);
         if line.is_met(&spec.approach) {
-            return self.landing(spec, motion);
+            if spec.approach.line_ends {
+                return self.landing(spec, motion);
+            }
+            let outside = breach_of(&spec.window, motion, self.position).is_some();
+            return Verdict { phase: Phase::Line, breach: outside.then_some(Breach::Line) };
         }
         Verdict { phase: Phase::Line, breach: line.breach(&spec.approach, motion.speed) }
     }
@@ -188,7 +208,7 @@ impl Values {
     }
 
     fn window_breach(&self, spec: &Spec, motion: &Motion) -> Option<Breach> {
-        let first = breach_of(&spec.window, motion, self.position);
+        let first = if spec.hold_only { None } else { breach_of(&spec.window, motion, self.position) };
         let second = || breach_of(&spec.hold, motion, self.position);
         first.or_else(second).map(|breach| too_fast(motion).unwrap_or(breach))
     }
@@ -232,9 +252,11 @@ struct Line<'a> {
 
 impl<'a> Line<'a> {
     fn new(approach: &Approach, latched: i64, past: i64, window: &'a Range) -> Self {
+        let start = line_start(approach, latched);
+        let num = if approach.falls_to_zero { start.saturating_abs() } else { approach.slope.num };
         Self {
-            start: line_start(approach, latched),
-            fallen: i128::from(approach.slope.num) * i128::from(past),
+            start,
+            fallen: i128::from(num) * i128::from(past),
             den: i128::from(approach.slope.den),
             window,
         }

@@ -109,6 +109,12 @@ pub struct Approach {
     pub offset_permille: i64,
     /// The line starts from the highest magnitude seen during the delay (ATV SS1).
     pub track_peak: bool,
+    /// The line falls from its start to zero in the slope's time, whatever the start
+    /// (LNZ-RAMP-02); the slope's numerator only says that there is a line.
+    pub falls_to_zero: bool,
+    /// The approach ends where the line meets the window; otherwise the window goes on as
+    /// the line until time or dwell ends it (DEC-49).
+    pub line_ends: bool,
     /// The line itself is watched, or only its end.
     pub watch_line: bool,
     /// The approach ends this long after the start at the latest, ns; 0: never by time.
@@ -128,6 +134,8 @@ impl Approach {
         offset: 0,
         offset_permille: 0,
         track_peak: false,
+        falls_to_zero: false,
+        line_ends: true,
         watch_line: true,
         timeout_ns: 0,
         timeout_strict: false,
@@ -158,6 +166,14 @@ pub struct Spec {
     /// The reference position is latched when the window is reached, not at the start
     /// (DEC-08), and travel counts from there.
     pub latch_late: bool,
+    /// Once the window was reached only `hold` counts (LNZ-SOS-05).
+    pub hold_only: bool,
+    /// Travel counts from the furthest position reached upwards (1) or downwards (-1) since
+    /// the window was reached (DEC-49); 0: from the latched one.
+    pub ratchet: i8,
+    /// The status bit shows the window from the request on, before it is monitored
+    /// (LNZ-SLS-02).
+    pub shows_inside: bool,
     /// Only the status bit shows the window; leaving it is no violation (SSM, SCA).
     pub bit_only: bool,
     /// Goes on in STO (DEC-14).
@@ -176,6 +192,9 @@ impl Spec {
         window: Range::OPEN,
         hold: Range::OPEN,
         latch_late: false,
+        hold_only: false,
+        ratchet: 0,
+        shows_inside: false,
         bit_only: false,
         in_sto: false,
         reaction: Reaction::Sto,

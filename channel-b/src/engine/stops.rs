@@ -26,6 +26,8 @@ pub struct Stop {
     pub end: End,
     /// Status bit of the standing SOS, or [`super::spec::NO_BIT`].
     pub standing_status: u8,
+    /// Interrupted by STO it stands at once when STO is left (LNZ-SOS-04).
+    pub resumes: bool,
 }
 
 /// What is asked of the stop functions in one cycle.
@@ -51,6 +53,8 @@ pub struct Stops {
     entered: Twin,
     /// Bit mask of the stop that ended in STO.
     origin: Twin,
+    /// Bit n: stop n was interrupted by STO and its request has not gone since.
+    interrupted: u16,
     /// How long the STO of a finished stop lasts at least, ns (DEC-48).
     sto_least_ns: u64,
 }
@@ -64,6 +68,7 @@ impl Stops {
             sto: Twin::flag(true),
             entered: Twin::time(0),
             origin: Twin::new(0),
+            interrupted: 0,
             sto_least_ns: 0,
         }
     }
@@ -108,6 +113,22 @@ impl Stops {
     /// Place of the stop that brakes or stands.
     pub fn place(&self) -> Option<u8> {
         self.active.as_ref().map(|(place, _)| *place)
+    }
+
+    /// Bit mask of the stop that ended in the present STO.
+    pub fn origin(&self) -> i64 {
+        self.origin.get().unwrap_or(0)
+    }
+
+    /// Drops a running or finished stop that is no longer asked for: the enable switch
+    /// completes stopping times (LNZ-OMS-14).
+    pub fn complete(&mut self, demand: &Demand) {
+        let is_free = !demand.sto & demand.may_leave & (demand.stops == 0);
+        if is_free {
+            self.active = None;
+            self.sto = Twin::flag(false);
+            self.origin = Twin::new(0);
+        }
     }
 
     /// A stop function is still on its way to its end state (DEC-15).
@@ -166,10 +187,13 @@ impl Stops {
         motion: &Motion,
         found: &mut dyn FnMut(u8, &Spec, Breach, Phase),
     ) {
+        self.interrupted &= demand.stops;
         if demand.sto {
             self.enter_sto(0, now);
         }
         if self.in_sto() {
+            let place = self.place().map_or(0, |place| 1 << (place & 15));
+            self.interrupted |= place & demand.stops;
             self.active = None;
             return;
         }
@@ -199,7 +223,10 @@ impl Stops {
             None => self.first(demand.stops, End::Sto).or(self.first(demand.stops, End::Sos)),
         };
         if let Some(place) = next {
-            self.active = Some((place, Record::begin(now, motion)));
+            let record = Record::begin(now, motion);
+            let resumes = self.at(place).is_some_and(|stop| stop.resumes);
+            let was_interrupted = self.interrupted >> (place & 15) & 1 == 1;
+            self.active = Some((place, if resumes & was_interrupted { record.landed() } else { record }));
         }
     }
 

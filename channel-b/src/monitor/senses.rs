@@ -48,8 +48,10 @@ pub struct Cells {
     pub motion: Motion,
     /// Control word; zeros when there is none.
     pub word: Word,
-    /// Debounced levels.
+    /// Debounced levels of lines .2; bits 4 and 5 the acknowledge terminals.
     pub levels: u32,
+    /// Debounced levels of lines .1.
+    pub others: u32,
     /// Acknowledge levels, as in the report.
     pub acknowledge: u32,
     /// Non-safe.
@@ -137,6 +139,7 @@ impl Monitor {
             motion: self.senses.motion,
             word: Word::ZERO,
             levels: 0,
+            others: 0,
             acknowledge: 0,
             drive_n0: false,
             is_plausible: false,
@@ -180,7 +183,7 @@ impl Monitor {
         }
         let is_news = self.senses.encoder.observe(believed, now);
         cells.is_stale = self.is_stale(&self.senses.encoder, now);
-        if let (Some(cell), true) = (sample, is_news) {
+        if let (Some(cell), true) = (sample, is_news & self.plan.has_encoder) {
             self.evaluate(inputs, cell, cells, now);
         }
         cells.motion = self.senses.motion;
@@ -231,6 +234,9 @@ impl Monitor {
         let payload = io.map(|cell| &cell.payload).filter(|_| !is_stale);
         let first = cells.is_settled | self.is_first;
         cells.levels = self.senses.lines.take(payload, first);
+        cells.others = self.senses.lines.others();
+        let terminals = payload.map_or(0, |io| (io.ais & 1) << 4 | (io.aie & 1) << 5);
+        cells.levels |= terminals as u32;
     }
 
     fn read_command(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {

@@ -120,7 +120,7 @@ fn add_stop(
     };
     let end = if is_ss2 { End::Sos } else { End::Sto };
     let standing_status = if is_ss2 { status::SOS } else { NO_BIT };
-    plan.stops.add(Stop { spec, end, standing_status }).unwrap_or(0)
+    plan.stops.add(Stop { spec, end, standing_status, resumes: false }).unwrap_or(0)
 }
 
 /// The functions without approach: SOS, SDIp, SDIn, SMS, SLI.

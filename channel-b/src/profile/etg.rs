@@ -244,7 +244,12 @@ impl<'a> Builder<'a> {
             // ETG-SBC-04: the brake closes first.
             approach.dwell_ns = approach.dwell_ns.saturating_add(self.brake_ns());
         }
-        Stop { spec: Spec { approach, window, ..base }, end: End::Sto, standing_status: NO_BIT }
+        Stop {
+            spec: Spec { approach, window, ..base },
+            end: End::Sto,
+            standing_status: NO_BIT,
+            resumes: false,
+        }
     }
 
     /// ETG-SS2-02: instance k ends in SOS k.
@@ -262,7 +267,7 @@ impl<'a> Builder<'a> {
         let window = if is_open { Range::OPEN } else { window };
         let reaction = self.reaction(etg::SS2, instance, 6);
         let spec = Spec { approach, window, hold, latch_late: true, reaction, ..base };
-        Stop { spec, end: End::Sos, standing_status }
+        Stop { spec, end: End::Sos, standing_status, resumes: false }
     }
 
     fn brake_ns(&self) -> i64 {

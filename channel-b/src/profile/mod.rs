@@ -5,6 +5,8 @@ pub mod amk;
 pub mod amk_rules;
 pub mod etg;
 pub mod etg_rules;
+pub mod lenze;
+pub mod lenze_rules;
 
 use shm_schema::error::ErrorCode;
 use shm_schema::io::PAIRS;
@@ -40,6 +42,8 @@ pub struct Plan {
     pub bits: Bits,
     /// Encoder to evaluate.
     pub encoder: EncoderSetup,
+    /// An encoder is evaluated at all.
+    pub has_encoder: bool,
     /// Lines .2 of the input pairs.
     pub lines: [LineSetup; PAIRS],
     /// Largest differences between the channels.
@@ -107,6 +111,12 @@ pub struct Asked<'a> {
     pub word: &'a Word,
     /// Debounced level of each pair, bit n.
     pub levels: u32,
+    /// Debounced level of the partner's line of each pair.
+    pub others: u32,
+    /// First step.
+    pub is_first: bool,
+    /// First step of a settled start.
+    pub is_settled: bool,
     /// The drive's own status, non-safe.
     pub drive_n0: bool,
     /// Motion of this cycle.
@@ -122,6 +132,8 @@ pub enum Logic {
     Amk(amk::Logic),
     /// ETG.6100.2 generic profile.
     Etg(etg::Logic),
+    /// Lenze SM301.
+    Lenze(lenze::Logic),
     /// No profile: nothing is permitted.
     None,
 }
@@ -140,6 +152,7 @@ impl Plan {
             stops: Stops::new(),
             bits: Bits::NONE,
             encoder: EncoderSetup { slot: None, kind: None, periods: 1024, pole_pairs: 1 },
+            has_encoder: true,
             lines: [LineSetup::default(); PAIRS],
             position_difference: 0,
             speed_difference: 0,
@@ -160,6 +173,7 @@ impl Plan {
         match image.profile {
             Profile::AmkKw => amk::build(image),
             Profile::Etg61002 => etg::build(image),
+            Profile::LenzeSm301 => lenze::build(image),
             _ => Self::new(image),
         }
     }
@@ -200,9 +214,10 @@ impl Plan {
 
 impl Logic {
     /// Functions requested in this cycle, 1 = requested.
-    pub fn requests(&mut self, bits: &Bits, asked: &Asked<'_>) -> Word {
+    pub fn requests(&mut self, bits: &Bits, asked: &Asked<'_>, bank: &Bank, ledger: &mut Ledger) -> Word {
         match self {
             Self::Amk(logic) => logic.requests(bits, asked),
+            Self::Lenze(logic) => logic.requests(asked, bank, ledger),
             Self::Etg(_) | Self::None => plain_requests(bits, asked.word),
         }
     }
@@ -212,6 +227,7 @@ impl Logic {
         match self {
             Self::Amk(_) => amk::code(spec, breach, reaction),
             Self::Etg(_) => etg::code(spec, breach),
+            Self::Lenze(_) => lenze::code(spec, breach),
             Self::None => ErrorCode::single(1),
         }
     }
@@ -221,12 +237,38 @@ impl Logic {
         match self {
             Self::Amk(_) | Self::None => code,
             Self::Etg(_) => etg::internal(code),
+            Self::Lenze(_) => lenze::internal(code),
+        }
+    }
+
+    /// Acknowledge terminals: restart and error edge (DEC-15).
+    pub fn terminals(&mut self, asked: &Asked<'_>) -> (bool, bool) {
+        match self {
+            Self::Lenze(logic) => logic.terminals(asked),
+            _ => (false, false),
+        }
+    }
+
+    /// A simple stop is cancelled in this cycle (LNZ-OMS-14).
+    pub const fn completes_stops(&self) -> bool {
+        match self {
+            Self::Lenze(logic) => logic.completes_stops(),
+            _ => false,
         }
     }
 
     /// Status bits a profile adds to those of the engine.
-    pub fn show(&self, word: Word, requested: &Word, motion: &Motion, stops: &Stops, now: u64) -> Word {
+    pub fn show(
+        &self,
+        word: Word,
+        requested: &Word,
+        motion: &Motion,
+        stops: &Stops,
+        now: u64,
+        bank: &Bank,
+    ) -> Word {
         match self {
+            Self::Lenze(logic) => logic.show(word, requested, stops, bank),
             Self::Etg(logic) => logic.show(word, requested, motion, stops, now),
             Self::Amk(_) | Self::None => word,
         }
@@ -237,6 +279,7 @@ impl Logic {
         match self {
             Self::Amk(logic) => logic.watch(asked, ledger),
             Self::Etg(logic) => logic.watch(asked, requested, stops, ledger),
+            Self::Lenze(logic) => logic.watch(asked, ledger),
             Self::None => {}
         }
     }
@@ -270,6 +313,7 @@ pub fn judge(image: &Image<'_>, report: &mut dyn FnMut(ErrorCode)) {
             report,
         ),
         Profile::Etg61002 => etg_rules::findings(image, report),
+        Profile::LenzeSm301 => lenze_rules::findings(image, report),
         _ => report(ErrorCode::amk(3609, 128, 6, 56)),
     }
 }

@@ -1,0 +1,594 @@
+//! Lenze SM301: stops with stopping time, SLS with direction, SDI by position, special
+//! operation, emergency stop, cascading, input pairs with discrepancy time.
+
+use shm_schema::encoder::SlotKind;
+use shm_schema::error::ErrorCode;
+use shm_schema::facts::lenze_sm301::{self, control, status};
+use shm_schema::profile::lenze_key;
+use shm_schema::word::Word;
+
+use super::{Asked, Bits, Plan};
+use crate::engine::bank::Bank;
+use crate::engine::record::Breach;
+use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, RPM, Range, Reaction, Slope, Spec};
+use crate::engine::stops::{End, Stop, Stops};
+use crate::image::Image;
+use crate::inputs::LineSetup;
+use crate::ledger::{Cause, Entry, Ledger, NO_OWNER};
+
+/// Bits of the request word that the control word does not have: what remains after
+/// special operation and filter.
+mod asked {
+    pub const STO: u8 = 64;
+    pub const SS1: u8 = 65;
+    pub const SS2: u8 = 66;
+    pub const SLI: u8 = 67;
+    pub const SLS: u8 = 68;
+    pub const SDI_POSITIVE: u8 = 72;
+    pub const SDI_NEGATIVE: u8 = 73;
+}
+
+/// Message numbers (LNZ-ERR).
+mod message {
+    pub const DISCREPANCY: u32 = 49;
+    pub const STOPPING_TIME: u32 = 97;
+    pub const SLS: u32 = 98;
+    pub const RESPONSE_TIME: u32 = 102;
+    pub const SDI_POSITIVE: u32 = 103;
+    pub const SDI_NEGATIVE: u32 = 104;
+    pub const SMS: u32 = 105;
+    pub const SOS: u32 = 106;
+    pub const RAMP: u32 = 110;
+    pub const SLI: u32 = 111;
+}
+
+/// Function bits of the control word, active low: STO to SDIneg, SSE.
+const LOW: u32 = 0x0080_01FF;
+/// Active high: ES, OMS.
+const HIGH: u32 = 0x0000_0A00;
+/// Test pulses of active sensors are not seen (LNZ-IN-11), µs.
+const FILTER_US: u32 = 2_000;
+/// The glitch filter in front, µs.
+const GLITCH_US: u32 = 250;
+/// A valid acknowledge pulse (LNZ-ACK-01), ns.
+const PULSE: (u64, u64) = (300_000_000, 10_000_000_000);
+
+/// The value of a code; what a set leaves out has its documented default.
+pub fn parameter(image: &Image<'_>, code: u32, subcode: u32) -> i64 {
+    let key = lenze_key(code, subcode);
+    let default = || lenze_sm301::PARAMETERS.iter().find(|row| row.key == key).map_or(0, |row| row.default);
+    i64::from(image.find(key).unwrap_or_else(default))
+}
+
+/// Builds the rows from the parameters.
+pub fn build(image: &Image<'_>) -> Plan {
+    let mut plan = Plan::new(image);
+    plan.set_common(image);
+    let code = |number: u32| parameter(image, number, 0);
+    plan.bits = bits();
+    plan.needs_restart = parameter(image, 15_300, 1) == 0;
+    set_encoder(&mut plan, image);
+    let ss1 = plan.stops.add(ss1(&code)).unwrap_or(0);
+    let ss2 = plan.stops.add(ss2(&code)).unwrap_or(0);
+    if parameter(image, 15_300, 2) == 0 {
+        plan.sos_needs_restart = 1 << (ss2 & 15);
+    }
+    let reaction = |value: i64| match value {
+        1 => Reaction::Stop(ss1),
+        2 => Reaction::Stop(ss2),
+        _ => Reaction::Sto,
+    };
+    add_speed(&mut plan, image, &reaction);
+    add_position(&mut plan, &code, &reaction);
+    plan.lines = core::array::from_fn(|pair| {
+        let delay = parameter(image, 15_034, pair as u32 + 1).clamp(0, 100) as u32;
+        let filter_us = delay.saturating_mul(1_000).saturating_add(FILTER_US).saturating_sub(GLITCH_US);
+        LineSetup { filter_us, ..LineSetup::default() }
+    });
+    plan.logic = super::Logic::Lenze(Logic::new(image, ss1));
+    plan
+}
+
+fn bits() -> Bits {
+    Bits {
+        low: Word::from_u32(LOW),
+        high: Word::from_u32(HIGH),
+        sto: asked::STO,
+        acknowledge: control::PS_AIE,
+        restart: control::PS_AIS,
+        sto_active: status::STO_ACTIVE,
+        error: status::ERROR_ACTIVE,
+        ..Bits::NONE
+    }
+}
+
+fn set_encoder(plan: &mut Plan, image: &Image<'_>) {
+    let system = parameter(image, 15_400, 0);
+    plan.has_encoder = system != 0;
+    plan.encoder.kind = Some(if system == 2 { SlotKind::Resolver } else { SlotKind::SineCosine });
+    plan.encoder.periods = parameter(image, 15_420, 0).clamp(1, 65_536) as u32;
+    plan.encoder.pole_pairs = parameter(image, 15_430, 0).clamp(1, 10) as u32;
+}
+
+/// Times and line that SS1 and SS2 have in common (LNZ-RAMP-02 to 04, DEC-49).
+fn braking(code: &dyn Fn(u32) -> i64, dwell_ns: i64) -> Approach {
+    let time = code(15_305).saturating_mul(MS_NS);
+    let base = Approach {
+        timeout_ns: time.max(1),
+        timeout_strict: true,
+        dwell_ns,
+        line_ends: false,
+        watch_line: false,
+        ..Approach::NONE
+    };
+    if code(15_315) != 1 {
+        return base;
+    }
+    // t_V = C15305 * (10 % + 20 % * C15316 / 100), in thousandths.
+    let share = code(15_316).saturating_mul(2).saturating_add(100);
+    let delay_ns = time.saturating_mul(share).checked_div(1_000).unwrap_or(0);
+    let offset = if code(15_317) == 0 { code(15_310).saturating_mul(RPM) } else { 0 };
+    Approach {
+        delay_ns,
+        slope: Slope { num: 1, den: time.saturating_sub(delay_ns).max(1) },
+        falls_to_zero: true,
+        watch_line: true,
+        offset,
+        offset_permille: code(15_317).saturating_mul(10),
+        ..base
+    }
+}
+
+fn standstill(code: &dyn Fn(u32) -> i64) -> Range {
+    Range::around_zero(Quantity::Speed, code(15_310).saturating_mul(RPM))
+}
+
+fn ss1(code: &dyn Fn(u32) -> i64) -> Stop {
+    // LNZ-SS1-04: mode 1 ends at n = 0 plus C15307.
+    let dwell = if code(15_306) == 1 { code(15_307).saturating_mul(MS_NS) } else { -1 };
+    let spec = Spec {
+        id: message::STOPPING_TIME,
+        control: asked::SS1,
+        status: status::SS1_ACTIVE,
+        approach: braking(code, dwell),
+        window: standstill(code),
+        ..Spec::IDLE
+    };
+    Stop { spec, end: End::Sto, standing_status: NO_BIT, resumes: false }
+}
+
+fn ss2(code: &dyn Fn(u32) -> i64) -> Stop {
+    let dwell = if code(15_308) == 1 { 0 } else { -1 };
+    let spec = Spec {
+        id: message::STOPPING_TIME,
+        control: asked::SS2,
+        status: status::SS2_ACTIVE,
+        approach: braking(code, dwell),
+        window: standstill(code),
+        hold: Range::around_zero(Quantity::Travel, code(15_311)),
+        hold_only: true,
+        latch_late: true,
+        ..Spec::IDLE
+    };
+    Stop { spec, end: End::Sos, standing_status: status::SOS_MONITORED, resumes: true }
+}
+
+/// SMS and SLS1 to 4.
+fn add_speed(plan: &mut Plan, image: &Image<'_>, reaction: &dyn Fn(i64) -> Reaction) {
+    let maximum = parameter(image, 15_320, 0);
+    if maximum > 0 {
+        let window = Range::around_zero(Quantity::Speed, maximum.saturating_mul(RPM));
+        let reaction = reaction(parameter(image, 15_321, 0));
+        plan.bank.add(Spec { id: message::SMS, window, reaction, ..Spec::IDLE });
+    }
+    for number in 0..4_u8 {
+        let of = |code: u32| parameter(image, code, u32::from(number).saturating_add(1));
+        plan.bank.add(Spec {
+            id: message::SLS.saturating_add(u32::from(number)),
+            control: asked::SLS.saturating_add(number),
+            status: status::SLS1_MONITORED.saturating_add(number),
+            approach: Approach::line(of(15_331).saturating_mul(MS_NS), Slope::NONE),
+            window: Range::around_zero(Quantity::Speed, of(15_330).saturating_mul(RPM)),
+            shows_inside: true,
+            reaction: reaction(of(15_332)),
+            ..Spec::IDLE
+        });
+    }
+}
+
+/// SDI by position (DEC-49) and SLI.
+fn add_position(plan: &mut Plan, code: &dyn Fn(u32) -> i64, reaction: &dyn Fn(i64) -> Reaction) {
+    let delay = Approach::line(code(15_341).saturating_mul(MS_NS), Slope::NONE);
+    let base = Spec { approach: delay, latch_late: true, reaction: reaction(code(15_343)), ..Spec::IDLE };
+    let tolerance = code(15_342);
+    plan.bank.add(Spec {
+        id: message::SDI_POSITIVE,
+        control: asked::SDI_POSITIVE,
+        status: status::SDIPOS_MONITORED,
+        window: Range { quantity: Quantity::Travel, lower: tolerance.saturating_neg(), upper: i64::MAX },
+        ratchet: 1,
+        ..base
+    });
+    plan.bank.add(Spec {
+        id: message::SDI_NEGATIVE,
+        control: asked::SDI_NEGATIVE,
+        status: status::SDINEG_MONITORED,
+        window: Range { quantity: Quantity::Travel, lower: i64::MIN, upper: tolerance },
+        ratchet: -1,
+        ..base
+    });
+    let increment = code(15_203);
+    if increment > 0 {
+        let window = Range::around_zero(Quantity::Travel, increment);
+        plan.bank.add(Spec {
+            id: message::SLI,
+            control: asked::SLI,
+            status: status::SLI_ACTIVE,
+            window,
+            ..Spec::IDLE
+        });
+    }
+}
+
+/// Message number of a violation.
+pub const fn code(spec: &Spec, breach: Breach) -> ErrorCode {
+    let is_stop = spec.id == message::STOPPING_TIME;
+    ErrorCode::single(match breach {
+        Breach::Damage => 1,
+        Breach::Line | Breach::TooFast if is_stop => message::RAMP,
+        Breach::Above(_) | Breach::Below(_) if is_stop => message::SOS,
+        _ => spec.id,
+    })
+}
+
+/// Message number of a fault of the channel itself.
+pub const fn internal(code: ErrorCode) -> ErrorCode {
+    ErrorCode::single(match (code.info1, code.info2) {
+        (13, 6) => 212,
+        (76, 6) => 94,
+        (76, _) => 93,
+        (72, _) => 213,
+        (6, _) => 209,
+        (4, _) => 210,
+        (7, _) => 208,
+        (74, _) => 165,
+        _ => 1,
+    })
+}
+
+/// Special operation (LNZ-OMS).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Operation {
+    Normal,
+    /// Stopped by C15200.
+    Special,
+    /// Moved by the enable switch.
+    Confirmed,
+}
+
+/// One input pair (LNZ-IN-14 to 18).
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    is_used: bool,
+    function: i64,
+    assignment: i64,
+    discrepancy_ns: u64,
+    /// Level both lines had last.
+    agreed: bool,
+    /// Since when only one line has changed, ns.
+    differs_since: Option<u64>,
+}
+
+/// A terminal that acknowledges with the end of a pulse.
+#[derive(Debug, Clone, Copy, Default)]
+struct Terminal {
+    /// When it went high; `None` while low or when it was high from the beginning.
+    since: Option<u64>,
+    level: bool,
+}
+
+impl Terminal {
+    fn edge(&mut self, level: bool, is_first: bool, now: u64) -> bool {
+        let falls = self.level & !level;
+        let rises = level & !self.level & !is_first;
+        self.level = level;
+        let length = self.since.map(|since| now.saturating_sub(since));
+        if rises {
+            self.since = Some(now);
+        } else if !level {
+            self.since = None;
+        }
+        falls && length.is_some_and(|length| (PULSE.0..=PULSE.1).contains(&length))
+    }
+}
+
+/// A limit whose response time runs (LNZ-SMS-06).
+#[derive(Debug, Clone, Copy, Default)]
+struct Response {
+    since: Option<u64>,
+    is_met: bool,
+}
+
+/// Requests, special operation and what hangs on them.
+#[derive(Debug, Clone, Copy)]
+pub struct Logic {
+    pairs: [Pair; 4],
+    filter: u32,
+    operation: Operation,
+    oms_by_input: Option<bool>,
+    stop: i64,
+    motion: i64,
+    directions: [i64; 5],
+    emergency_is_ss1: bool,
+    is_cascaded: bool,
+    has_sli: bool,
+    ss1: u8,
+    es_before: bool,
+    completes: bool,
+    oms_requested: bool,
+    emergency: bool,
+    levels_on: u32,
+    ais: Terminal,
+    aie: Terminal,
+    limits: [i64; 5],
+    responses: [Response; 5],
+    response_ns: u64,
+}
+
+impl Logic {
+    fn new(image: &Image<'_>, ss1: u8) -> Self {
+        let code = |number: u32| parameter(image, number, 0);
+        let pairs: [Pair; 4] = core::array::from_fn(|at| {
+            let of = |number: u32| parameter(image, number, at as u32 + 1);
+            Pair {
+                is_used: of(15_030) != 0,
+                function: of(15_031),
+                assignment: of(15_032),
+                discrepancy_ns: of(15_033).max(0).unsigned_abs().saturating_mul(MS_NS as u64),
+                agreed: false,
+                differs_since: None,
+            }
+        });
+        let has = |function: i64| pairs.iter().any(|pair| pair.is_used & (pair.function == function));
+        let direction = |at: u32| if at == 4 { code(15_340) } else { parameter(image, 15_333, at + 1) };
+        let limit = |at: u32| if at == 4 { code(15_320) } else { parameter(image, 15_330, at + 1) };
+        Self {
+            pairs,
+            // Without a safety bus nothing in the control word counts.
+            filter: if code(15_100) == 0 { 0 } else { code(15_113) as u32 },
+            operation: Operation::Normal,
+            oms_by_input: has(2).then(|| code(15_202) == 1),
+            stop: code(15_200),
+            motion: code(15_201),
+            directions: core::array::from_fn(|at| direction(at as u32)),
+            emergency_is_ss1: code(15_205) == 1,
+            is_cascaded: code(15_035) == 4,
+            has_sli: code(15_203) > 0,
+            ss1,
+            es_before: true,
+            completes: false,
+            oms_requested: false,
+            emergency: false,
+            levels_on: 0,
+            ais: Terminal::default(),
+            aie: Terminal::default(),
+            limits: core::array::from_fn(|at| limit(at as u32).saturating_mul(RPM)),
+            responses: [Response::default(); 5],
+            response_ns: code(15_350).max(0).unsigned_abs().saturating_mul(MS_NS as u64),
+        }
+    }
+
+    /// AIS and AIE: the end of a pulse of 0.3 to 10 s.
+    pub fn terminals(&mut self, asked: &Asked<'_>) -> (bool, bool) {
+        let level = |bit: u32| asked.levels >> bit & 1 == 1;
+        let restart = self.ais.edge(level(4), asked.is_first, asked.now);
+        (restart, self.aie.edge(level(5), asked.is_first, asked.now))
+    }
+
+    /// A simple stop ends in this cycle because the enable switch was confirmed.
+    pub const fn completes_stops(&self) -> bool {
+        self.completes
+    }
+
+    /// Control word behind the filter of C15113: an inhibited bit requests nothing (DEC-49).
+    fn filtered(&self, word: &Word) -> u32 {
+        let [given, ..] = word.0;
+        let inactive = LOW | 1 << control::SD_OUT1;
+        (given & self.filter) | (inactive & !self.filter)
+    }
+
+    /// Everything requested in this cycle.
+    pub fn requests(&mut self, asked: &Asked<'_>, bank: &Bank, ledger: &mut Ledger) -> Word {
+        let bus = self.filtered(asked.word);
+        self.read_pairs(asked, ledger);
+        let mut word = Word::from_u32((!bus & LOW) | (bus & HIGH));
+        self.emergency = word.bit(control::SSE);
+        let (mut oms, mut es) = (word.bit(control::OMS), word.bit(control::ES));
+        for (at, pair) in (0..4_u32).zip(self.pairs) {
+            let is_on = self.levels_on >> at & 1 == 1;
+            let is_low = pair.is_used & !is_on;
+            let is_cascade = self.is_cascaded & (at == 3);
+            self.emergency |= is_low & ((pair.function == 1) | is_cascade);
+            let is_assigned = (pair.function == 0) & (pair.assignment < 9) & !is_cascade;
+            if is_low & is_assigned {
+                word = word.with(pair.assignment.clamp(0, 8) as u8, true);
+            }
+            if pair.is_used & (pair.function == 2) {
+                oms = is_on != self.oms_by_input.unwrap_or(false);
+            }
+            if pair.is_used & (pair.function == 3) {
+                es = is_on;
+            }
+        }
+        self.operate(oms, es, bank, ledger, asked.is_settled);
+        self.resolve(word)
+    }
+
+    /// State 1, 2, 3 of special operation (LNZ-OMS-04 to 12).
+    fn operate(&mut self, oms: bool, es: bool, bank: &Bank, ledger: &Ledger, is_settled: bool) {
+        // LNZ-ES-03: the edge confirms; a level that was there before does not.
+        let edge = es & !self.es_before & !is_settled;
+        self.es_before = es;
+        self.completes = false;
+        self.oms_requested = oms;
+        let next = match self.operation {
+            Operation::Normal if oms => Operation::Special,
+            Operation::Normal => Operation::Normal,
+            Operation::Special if !oms => Operation::Normal,
+            Operation::Special if edge & self.may_confirm(bank, ledger) => Operation::Confirmed,
+            Operation::Confirmed if es => Operation::Confirmed,
+            Operation::Special | Operation::Confirmed => Operation::Special,
+        };
+        let confirms = (next == Operation::Confirmed) & (self.operation == Operation::Special);
+        self.completes = confirms;
+        self.operation = next;
+    }
+
+    /// LNZ-OMS-22, LNZ-OMS-10: a limited speed must be kept, no error or emergency stop stands.
+    fn may_confirm(&self, bank: &Bank, ledger: &Ledger) -> bool {
+        let number = self.motion.saturating_sub(3);
+        let is_free = !(0..4).contains(&number);
+        let shown = status::SLS1_MONITORED.saturating_add(number.clamp(0, 3) as u8);
+        let is_kept = is_free || bank.is_active(shown);
+        is_kept & !ledger.has_error() & !self.emergency
+    }
+
+    /// What stops and monitoring functions see.
+    fn resolve(&self, word: Word) -> Word {
+        let is_special = self.operation != Operation::Normal;
+        let is_confirmed = self.operation == Operation::Confirmed;
+        let simple = |bit: u8| word.bit(bit) & !is_special;
+        let stop = |number: i64| (self.operation == Operation::Special) & (self.stop == number);
+        let mut all = word;
+        let mut set = |bit: u8, value: bool| {
+            if value {
+                all = all.with(bit, true);
+            }
+        };
+        let emergency_sto = self.emergency & !self.emergency_is_ss1;
+        set(control::SSE, self.emergency);
+        set(asked::STO, simple(control::STO) | stop(0) | emergency_sto);
+        set(asked::SS1, simple(control::SS1) | stop(1) | (self.emergency & self.emergency_is_ss1));
+        set(asked::SS2, simple(control::SS2) | stop(2));
+        set(asked::SLI, is_confirmed & self.has_sli);
+        let mut positive = word.bit(control::SDIPOS);
+        let mut negative = word.bit(control::SDINEG);
+        let [.., permanent] = self.directions;
+        positive |= permanent == 1;
+        negative |= permanent == 2;
+        for (number, direction) in (0..4_u8).zip(self.directions) {
+            let by_motion = is_special & (self.motion == i64::from(number).saturating_add(3));
+            let requested = word.bit(control::SLS1.saturating_add(number)) | by_motion;
+            set(asked::SLS.saturating_add(number), requested);
+            positive |= requested & (direction == 1);
+            negative |= requested & (direction == 2);
+        }
+        set(asked::SDI_POSITIVE, positive);
+        set(asked::SDI_NEGATIVE, negative);
+        all
+    }
+
+    /// Contact function test of every used pair.
+    fn read_pairs(&mut self, asked: &Asked<'_>, ledger: &mut Ledger) {
+        self.levels_on = 0;
+        for (at, pair) in (0..4_u32).zip(&mut self.pairs) {
+            if !pair.is_used {
+                continue;
+            }
+            let lines = (asked.levels >> at & 1 == 1, asked.others >> at & 1 == 1);
+            let is_faulty = pair.judge(lines, asked.is_first, asked.now);
+            let is_on = pair.agreed & pair.differs_since.is_none();
+            self.levels_on |= u32::from(is_on) << at;
+            if is_faulty {
+                ledger.raise(Entry {
+                    code: ErrorCode::single(message::DISCREPANCY.saturating_add(at)),
+                    reaction: Reaction::None,
+                    is_error: true,
+                    cause: Cause::Live,
+                    owner: NO_OWNER,
+                });
+            }
+        }
+    }
+
+    /// A violated limit must be kept again within C15350, otherwise STO (LNZ-SMS-06).
+    pub fn watch(&mut self, asked: &Asked<'_>, ledger: &mut Ledger) {
+        let speed = asked.motion.speed.saturating_abs();
+        let mut is_late = false;
+        for ((at, response), limit) in (0_u32..).zip(&mut self.responses).zip(self.limits) {
+            let number = if at == 4 { message::SMS } else { message::SLS.saturating_add(at) };
+            let stands = ledger.iter().any(|entry| {
+                let is_stop = matches!(entry.reaction, Reaction::Stop(_));
+                is_stop & (entry.code.code == number)
+            });
+            if !stands {
+                *response = Response::default();
+                continue;
+            }
+            let since = *response.since.get_or_insert(asked.now);
+            response.is_met |= speed <= limit;
+            let is_over = asked.now.saturating_sub(since) >= self.response_ns;
+            is_late |= is_over & !response.is_met;
+        }
+        if is_late {
+            ledger.raise(Entry::sto(ErrorCode::single(message::RESPONSE_TIME), Cause::Reaction));
+        }
+    }
+
+    /// Active and mode bits.
+    pub fn show(&self, word: Word, requested: &Word, stops: &Stops, bank: &Bank) -> Word {
+        let mut shown = word;
+        let mut set = |bit: u8, value: bool| {
+            if value {
+                shown = shown.with(bit, true);
+            }
+        };
+        // LNZ-SS1-11, LNZ-SOS-06: the end state is shown additionally.
+        let ended = stops.origin() >> (self.ss1 & 15) & 1 == 1;
+        set(status::SS1_ACTIVE, stops.in_sto() & ended);
+        set(status::SS2_ACTIVE, stops.running().is_some_and(|(stop, _)| stop.end == End::Sos));
+        let runs = !stops.in_sto();
+        for number in 0..4_u8 {
+            let is_active = bank.is_active(status::SLS1_MONITORED.saturating_add(number));
+            set(status::SLS1_ACTIVE.saturating_add(number), runs & is_active);
+        }
+        set(status::SDIPOS_ACTIVE, runs & bank.is_active(status::SDIPOS_MONITORED));
+        set(status::SDINEG_ACTIVE, runs & bank.is_active(status::SDINEG_MONITORED));
+        set(status::ES_ACTIVE, self.operation == Operation::Confirmed);
+        set(status::OMS, self.oms_requested);
+        set(status::OMS_ACTIVE, self.operation != Operation::Normal);
+        set(status::SSE_ACTIVE, requested.bit(control::SSE));
+        for at in 0..4_u8 {
+            set(status::SD_IN1.saturating_add(at), self.levels_on >> at & 1 == 1);
+        }
+        shown
+    }
+
+    /// SD-Out1: off in STO when cascaded, otherwise as the bus says (LNZ-CAS-04).
+    pub fn outputs(&self, word: &Word, in_sto: bool) -> u8 {
+        let by_bus = self.filtered(word) >> control::SD_OUT1 & 1 == 1;
+        let is_on = if self.is_cascaded { !in_sto } else { by_bus };
+        if is_on { 0b11 } else { 0 }
+    }
+}
+
+impl Pair {
+    /// Whether the discrepancy time is over; equal to it is still permitted (LNZ-IN-09).
+    fn judge(&mut self, (own, other): (bool, bool), is_first: bool, now: u64) -> bool {
+        let both = own == other;
+        if both & (is_first | (own != self.agreed)) {
+            self.agreed = own;
+            self.differs_since = None;
+            return false;
+        }
+        if is_first {
+            self.agreed = false;
+        }
+        if both & self.differs_since.is_none() {
+            return false;
+        }
+        // LNZ-IN-18: once one line has changed, both must be seen changed.
+        let since = *self.differs_since.get_or_insert(now);
+        now.saturating_sub(since) > self.discrepancy_ns
+    }
+}
