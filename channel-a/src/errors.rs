@@ -50,7 +50,8 @@ impl Errors {
 
     /// `code` stands from now on, or stands still.
     pub fn raise(&mut self, code: ErrorCode, class: Class) {
-        if let Some(entry) = self.entries.iter_mut().flatten().find(|entry| entry.code == code) {
+        let same = |entry: &&mut Entry| (entry.code, entry.class) == (code, class);
+        if let Some(entry) = self.entries.iter_mut().flatten().find(same) {
             entry.fresh = true;
             return;
         }

@@ -12,7 +12,7 @@ use shm_schema::wire::{DIGEST_START, digest, join};
 use shm_schema::word::Word;
 
 use crate::clock::Measured;
-use crate::encoder::Evaluation;
+use crate::encoder::{Evaluation, Reading};
 use crate::engine::Sample;
 use crate::engine::stop::{Active, Reaction, STOPS};
 use crate::errors::{Class, Errors};
@@ -20,7 +20,7 @@ use crate::fresh::{Fresh, Missed};
 use crate::image::{Image, Refusal};
 use crate::partner::{Findings, Own, Partner};
 use crate::path::{Follow, Path, PathFault};
-use crate::profile::{self, Fault, Outside, Program, Requests, State};
+use crate::profile::{self, Fault, Outside, Program, Requests, Scene, State};
 
 /// Identity of this program for the release manifest (DEC-22).
 pub const BUILD: u32 = digest(digest(DIGEST_START, "channel-a "), env!("CARGO_PKG_VERSION"));
@@ -54,6 +54,7 @@ pub struct Monitor {
     producer_stamps: Measured,
     producer_count: Measured,
     sample: Sample,
+    judged: Sample,
     now_ns: u64,
     driving: bool,
     stepped: bool,
@@ -98,6 +99,7 @@ impl Monitor {
             producer_stamps: Measured::default(),
             producer_count: Measured::default(),
             sample: Sample::default(),
+            judged: Sample::default(),
             now_ns: 0,
             driving: false,
             stepped: false,
@@ -185,6 +187,13 @@ impl Monitor {
             torque: i64::from(cell.payload.torque_ppm),
         };
         sound
+    }
+
+    /// Open loop: the drive's output frequency is all there is (ATV-FREQ-02).
+    fn by_frequency(&self, encoder: &Encoder) -> Reading {
+        let turns = i64::from(encoder.frequency_mhz).saturating_mul(60);
+        let speed = turns.checked_div(self.program.encoder.periods).unwrap_or(0);
+        Reading { position: 0, speed }
     }
 
     fn is_encoderless(&self) -> bool {
@@ -358,8 +367,8 @@ impl Monitor {
     /// Stop functions, then watches, then what their violations start.
     fn functions(&mut self, requests: &mut Requests, moving: bool) {
         let n0 = self.command_cell.last().is_some_and(|cell| cell.payload.drive_n0);
-        self.sample = self.program.rules.sample(self.sample, n0);
-        let sample = self.sample;
+        self.judged = self.program.rules.sample(self.sample, n0);
+        let sample = self.judged;
         let stopped = self.errors.removes_torque() | self.partner.error();
         let idle = self.phase != Phase::Operational;
         let blind = !moving & !self.settles_now();
@@ -379,10 +388,21 @@ impl Monitor {
         }
         self.stand_still(moving);
         self.watch(requests.watches, monitored, &sample);
+        self.respond(requests, monitored, &sample);
+    }
+
+    /// What the profile judges by itself.
+    fn respond(&mut self, requests: &Requests, monitored: bool, sample: &Sample) {
         let watches = self.program.watches.get(..self.program.used).unwrap_or(&[]);
-        if let Some((code, class)) = self.program.rules.respond(watches, &sample).filter(|_| monitored) {
+        let scene = Scene { watches, stops: &self.program.stops, sample, requests, monitored };
+        let response = self.program.rules.respond(&scene);
+        if let Some((code, class)) = response.error {
             self.errors.raise(code, class);
-            self.program.stops.enter_sto(sample.now_ns);
+        }
+        let before = self.program.stops.active();
+        self.program.stops.react(response.reaction, sample);
+        if self.program.stops.active() != before {
+            self.advance_once_more(sample);
         }
     }
 
@@ -486,7 +506,7 @@ impl Monitor {
             ready: matches!(self.phase, Phase::AwaitAcknowledge | Phase::Operational),
             sto,
             requests,
-            sample: &self.sample,
+            sample: &self.judged,
         };
         let status: Word = self.program.rules.status(&state);
         let drive = self.program.rules.drive(&state);

@@ -109,7 +109,7 @@ pub struct Stops {
     pub direct_sos: bool,
     /// STO is left only with a restart acknowledge (DEC-12).
     pub restart: bool,
-    /// STO lasts at least this long, ns (ATV 100 ms).
+    /// The STO that ends a stop lasts at least this long, ns (ATV 100 ms).
     pub sto_least_ns: u64,
     /// A restart acknowledge is all that is missing.
     pub restart_pending: bool,
@@ -224,7 +224,8 @@ impl Stops {
         }
         let (kept, restart) = match self.active {
             Active::Sto => {
-                let short = now_ns.saturating_sub(self.sto_since_ns) < self.sto_least_ns;
+                let young = now_ns.saturating_sub(self.sto_since_ns) < self.sto_least_ns;
+                let short = young & self.ended.is_some();
                 let ended = self.held_to_sto();
                 (demand.sto | short | ended, self.restart)
             }

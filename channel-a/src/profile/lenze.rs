@@ -10,7 +10,7 @@ use shm_schema::word::Word;
 
 use super::contacts::Contact;
 use super::pulse::Pulse;
-use super::{Fault, Outside, Program, Requests, Rules, State, edge};
+use super::{Fault, Outside, Program, Requests, Response, Rules, Scene, State, edge};
 use crate::encoder::{Fault as EncoderFault, Selection};
 use crate::engine::approach::{Approach, Fall};
 use crate::engine::stop::{self, Active, Demand, End, Reaction, Stops};
@@ -507,7 +507,8 @@ impl Lenze {
     }
 
     /// SLS and SMS: back inside within C15350, or STO with 102 (LNZ-SMS-06).
-    pub fn respond(&mut self, watches: &[Watch], sample: &Sample) -> Option<(ErrorCode, Class)> {
+    pub fn respond(&mut self, scene: &Scene) -> Response {
+        let Scene { watches, sample, monitored, .. } = *scene;
         let outside = |watch: &&Watch| {
             let speed = watch.plan.quantity == Quantity::Speed;
             let stops = matches!(watch.plan.reaction, Reaction::Stop(_));
@@ -516,11 +517,17 @@ impl Lenze {
         };
         if !watches.iter().any(|watch| outside(&watch)) {
             self.late = None;
-            return None;
+            return Response::NOTHING;
         }
         let since = *self.late.get_or_insert(sample.now_ns);
         let late = sample.now_ns.saturating_sub(since) >= self.response_ns;
-        late.then(|| (ErrorCode::single(STILL_FAST), Class::Limit))
+        if late & monitored {
+            return Response {
+                error: Some((ErrorCode::single(STILL_FAST), Class::Limit)),
+                reaction: Reaction::Sto,
+            };
+        }
+        Response::NOTHING
     }
 
     /// Without an encoder the drive's own standstill is all there is (LNZ-SS1-02).

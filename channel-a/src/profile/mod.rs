@@ -3,6 +3,8 @@
 
 mod amk;
 mod amk_rules;
+mod atv;
+mod atv_sls;
 mod contacts;
 mod etg;
 mod lenze;
@@ -92,6 +94,35 @@ pub struct State<'a> {
     pub sample: &'a Sample,
 }
 
+/// What the profile's own judgement sees, behind stops and watches.
+#[derive(Debug, Clone, Copy)]
+pub struct Scene<'a> {
+    /// Instances.
+    pub watches: &'a [Watch],
+    /// Stop functions.
+    pub stops: &'a Stops,
+    /// Motion.
+    pub sample: &'a Sample,
+    /// What was requested.
+    pub requests: &'a Requests,
+    /// Motion is monitored: no STO.
+    pub monitored: bool,
+}
+
+/// What follows from it.
+#[derive(Debug, Clone, Copy)]
+pub struct Response {
+    /// An error.
+    pub error: Option<(ErrorCode, Class)>,
+    /// A stop.
+    pub reaction: stop::Reaction,
+}
+
+impl Response {
+    /// Nothing.
+    pub const NOTHING: Self = Self { error: None, reaction: stop::Reaction::None };
+}
+
 /// General faults that every profile names in its own way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
@@ -153,6 +184,8 @@ pub enum Rules {
     Etg(etg::Etg),
     /// Lenze SM301.
     Lenze(lenze::Lenze),
+    /// ATV340.
+    Atv(atv::Atv),
 }
 
 impl Program {
@@ -178,7 +211,8 @@ impl Program {
             Profile::AmkKw => amk::build(image, &mut program),
             Profile::Etg61002 => etg::build(image, &mut program),
             Profile::LenzeSm301 => lenze::build(image, &mut program),
-            _ => {}
+            Profile::Atv340 => atv::build(image, &mut program),
+            Profile::None => {}
         }
         program
     }
@@ -224,6 +258,7 @@ impl Rules {
             Self::Amk(amk) => amk.requests(outside),
             Self::Etg(etg) => etg.requests(outside),
             Self::Lenze(lenze) => lenze.requests(outside, watches, stops),
+            Self::Atv(atv) => atv.requests(outside, stops),
         }
     }
 
@@ -235,6 +270,7 @@ impl Rules {
             Self::Amk(amk) => amk.status(state),
             Self::Etg(etg) => etg.status(state),
             Self::Lenze(lenze) => lenze.status(state),
+            Self::Atv(atv) => atv.status(state),
         }
     }
 
@@ -245,6 +281,7 @@ impl Rules {
             Self::Amk(amk) => amk.drive(state),
             Self::Etg(etg) => etg.drive(state),
             Self::Lenze(lenze) => lenze.drive(state),
+            Self::Atv(atv) => atv.drive(state),
         }
     }
 
@@ -255,16 +292,18 @@ impl Rules {
             Self::Amk(_) => amk::watch_code(plan, violation),
             Self::Etg(_) => etg::watch_code(plan, violation),
             Self::Lenze(_) => lenze::watch_code(plan, violation),
+            Self::Atv(_) => atv::watch_code(violation),
         }
     }
 
     /// Code and class of a stop that was violated.
-    pub fn stop_code(&self, violation: stop::Violation) -> (ErrorCode, Class) {
+    pub fn stop_code(&mut self, violation: stop::Violation) -> (ErrorCode, Class) {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(_) => amk::stop_code(violation),
             Self::Etg(_) => etg::stop_code(violation),
             Self::Lenze(_) => lenze::stop_code(violation),
+            Self::Atv(atv) => atv.stop_code(),
         }
     }
 
@@ -275,6 +314,7 @@ impl Rules {
             Self::Amk(amk) => amk.fault_code(fault),
             Self::Etg(_) => etg::fault_code(fault),
             Self::Lenze(lenze) => lenze.fault_code(fault),
+            Self::Atv(atv) => atv.fault_code(fault),
         }
     }
 
@@ -285,6 +325,7 @@ impl Rules {
             Self::Amk(_) => amk::difference_codes(found, raise),
             Self::Etg(_) => etg::difference_codes(found, raise),
             Self::Lenze(_) => lenze::difference_codes(found, raise),
+            Self::Atv(_) => atv::difference_codes(found, raise),
         }
     }
 
@@ -292,15 +333,17 @@ impl Rules {
     pub fn sample(&self, sample: Sample, drive_n0: bool) -> Sample {
         match self {
             Self::Lenze(lenze) => lenze.sample(sample, drive_n0),
+            Self::Atv(atv) => atv.sample(sample),
             _ => sample,
         }
     }
 
-    /// A violation whose reaction does not help in time is STO.
-    pub fn respond(&mut self, watches: &[Watch], sample: &Sample) -> Option<(ErrorCode, Class)> {
+    /// What only the profile judges.
+    pub fn respond(&mut self, scene: &Scene) -> Response {
         match self {
-            Self::Lenze(lenze) => lenze.respond(watches, sample),
-            _ => None,
+            Self::Lenze(lenze) => lenze.respond(scene),
+            Self::Atv(atv) => atv.respond(scene),
+            _ => Response::NOTHING,
         }
     }
 
@@ -330,7 +373,8 @@ pub fn rules(image: &Image, report: &mut dyn FnMut(ErrorCode)) {
         Profile::AmkKw => amk_rules::findings(image, report),
         Profile::Etg61002 => etg::findings(image, report),
         Profile::LenzeSm301 => lenze::findings(image, report),
-        _ => report(refusal_code(Refusal::Unfit)),
+        Profile::Atv340 => atv::findings(image, report),
+        Profile::None => report(refusal_code(Refusal::Unfit)),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod amk_functions;
 mod amk_life;
+mod atv;
 mod bench;
 mod etg;
 mod lenze;
