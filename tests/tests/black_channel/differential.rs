@@ -2,12 +2,12 @@
 //! octet. Events are valid, nearly valid, and garbage; a finding prints as a script that
 //! `safepair black-channel answer` takes.
 
-use std::fmt::Write as _;
+use std::{collections::BTreeSet, fmt::Write as _};
 
 use sim::{
     master::{
         fsoe::{self, command, frame},
-        profisafe::{self, control},
+        profisafe::{self, control, status},
     },
     random::Random,
 };
@@ -19,33 +19,43 @@ use crate::{
 
 /// Sequences of the short and the long form, for each shape; events of each.
 const SHORT: u64 = 400;
-const LONG: u64 = 40_000;
+const LONG: u64 = 4_000;
 const EVENTS: usize = 250;
 
-/// Both devices, what they were given, and the first difference.
+/// What sequences have led to: commands and Reset codes of FSoE, status octets of PROFIsafe.
+type Reached = BTreeSet<(&'static str, u8)>;
+
+/// Both devices, what they were given, and what they said.
 struct Pair {
     device: Device,
     shape: Shape,
     now_ns: u64,
     script: String,
+    reached: Reached,
 }
 
 impl Pair {
     fn new(shape: Shape) -> Self {
-        let script = format!("{shape:02X?}\n");
-        Self { device: Device::new(&shape, Source::A), shape, now_ns: 0, script }
+        let device = Device::new(&shape, Source::A);
+        Self { device, shape, now_ns: 0, script: String::new(), reached: Reached::new() }
     }
 
-    fn equal(&self, (a, b): (Shown, Shown)) -> Result<Option<Vec<u8>>, String> {
-        // Split asks for equal digests only where both answer; before the first real frame
-        // there is no frame processed that they could be about.
-        let same_digest = a.digest == b.digest || !matches!(a.answer, Ok(Some(_)));
+    fn equal(&mut self, (a, b): (Shown, Shown)) -> Result<Option<Vec<u8>>, String> {
+        if let Ok(Some(answer)) = &a.answer {
+            self.reached.insert(match (&self.shape, answer[0]) {
+                (Shape::Profisafe { inputs, .. }, _) => ("status", answer[usize::from(*inputs)]),
+                (Shape::Fsoe { .. }, command::RESET) => ("reset", answer[1]),
+                (Shape::Fsoe { .. }, other) => ("command", other),
+            });
+        }
+        // Before the first answer there is no frame processed that a digest could be about.
+        let same_digest = a.digest == b.digest || self.reached.is_empty();
         if same_digest && a.answer == b.answer && a.outputs == b.outputs {
             return Ok(a.answer.unwrap_or_default());
         }
-        let tail: Vec<&str> = self.script.lines().rev().take(14).collect();
-        let tail: Vec<&str> = tail.into_iter().rev().collect();
-        Err(format!("{:?}\n…\n{}\nA {a:02X?}\nB {b:02X?}", self.shape, tail.join("\n")))
+        let lines: Vec<&str> = self.script.lines().collect();
+        let tail = lines[lines.len().saturating_sub(14)..].join("\n");
+        Err(format!("{:?}\n…\n{tail}\nA {a:02X?}\nB {b:02X?}", self.shape))
     }
 
     fn receive(
@@ -67,7 +77,7 @@ impl Pair {
 
     fn advance(&mut self, by_ns: u64) -> Result<Option<Vec<u8>>, String> {
         self.now_ns += by_ns;
-        let _ = writeln!(self.script, "+{} ns", by_ns);
+        let _ = writeln!(self.script, "+{by_ns} ns");
         let shown = self.device.advance_both(self.now_ns);
         self.equal(shown)
     }
@@ -103,7 +113,11 @@ fn fsoe_variant(random: &mut Random, config: &fsoe::Config) -> fsoe::Config {
     variant.session_id = random.next() as u16;
     match random.between(0, 11) {
         0 => variant.address ^= 1,
-        1 => variant.watchdog_ms = 0,
+        1 => {
+            let declared = config.application_parameters.len() as u16;
+            let fields = [2, 0, declared].map(u16::to_le_bytes).concat();
+            variant.parameter_payload = Some([fields, config.application_parameters.clone()].concat());
+        }
         2 => variant.application_parameters.push(1),
         3 => variant.application_parameters = garbage(random, config.application_parameters.len()),
         4 => variant.connection_id = 0,
@@ -188,7 +202,9 @@ fn fsoe_event(
     if random.once_in(6) {
         let by = step_ns(random, config.watchdog_ms.into());
         let late = pair.advance(by)?;
-        late.into_iter().for_each(|answer| master.receive(&answer, pair.now_ns));
+        if let Some(answer) = late {
+            master.receive(&answer, pair.now_ns);
+        }
     } else if random.once_in(30) {
         // Time that passes without being announced: the next frame is late.
         pair.now_ns += step_ns(random, config.watchdog_ms.into());
@@ -197,7 +213,7 @@ fn fsoe_event(
     Ok(())
 }
 
-fn fsoe_sequence(seed: u64, outputs: usize, inputs: usize, parameters: usize) -> Result<(), String> {
+fn fsoe_sequence(seed: u64, outputs: usize, inputs: usize, parameters: usize) -> Result<Reached, String> {
     let random = &mut Random::new(seed);
     let config = fsoe::Config {
         application_parameters: garbage(random, parameters),
@@ -216,7 +232,7 @@ fn fsoe_sequence(seed: u64, outputs: usize, inputs: usize, parameters: usize) ->
         fsoe_event(random, &mut pair, &mut master, &mut past, rarity)
             .map_err(|finding| format!("seed {seed}, event {event}: {finding}"))?;
     }
-    Ok(())
+    Ok(pair.reached)
 }
 
 /// One random event of PROFIsafe. The host goes on with the answer it gets.
@@ -265,7 +281,9 @@ fn profisafe_event(
     if random.once_in(6) {
         let by = step_ns(random, 100);
         let late = pair.advance(by)?;
-        late.into_iter().for_each(|answer| host.receive(&answer, pair.now_ns));
+        if let Some(answer) = late {
+            host.receive(&answer, pair.now_ns);
+        }
     } else if random.once_in(30) {
         pair.now_ns += step_ns(random, 100);
     }
@@ -273,7 +291,7 @@ fn profisafe_event(
     Ok(())
 }
 
-fn profisafe_sequence(seed: u64, outputs: usize, inputs: usize) -> Result<(), String> {
+fn profisafe_sequence(seed: u64, outputs: usize, inputs: usize) -> Result<Reached, String> {
     let random = &mut Random::new(seed);
     let parameters = profisafe::Parameters::new(7, 100);
     let config = profisafe::Config { outputs, inputs, parameters };
@@ -289,32 +307,47 @@ fn profisafe_sequence(seed: u64, outputs: usize, inputs: usize) -> Result<(), St
         profisafe_event(random, &mut pair, &mut host, &mut past, (outputs, inputs), rarity)
             .map_err(|finding| format!("seed {seed}, event {event}: {finding}"))?;
     }
-    Ok(())
+    Ok(pair.reached)
 }
 
-/// Fails with the first findings and how many there are.
-fn none(findings: &[String]) {
-    let shown: Vec<&str> = findings.iter().take(6).map(String::as_str).collect();
-    assert!(findings.is_empty(), "{} sequences differ\n{}", findings.len(), shown.join("\n\n"));
+/// Fails with the first findings and how many there are; returns what was reached.
+fn alike(results: impl Iterator<Item = Result<Reached, String>>) -> Reached {
+    let (mut reached, mut findings) = (Reached::new(), Vec::new());
+    for result in results {
+        match result {
+            Ok(more) => reached.extend(more),
+            Err(finding) => findings.push(finding),
+        }
+    }
+    let shown = findings.iter().take(6).cloned().collect::<Vec<_>>().join("\n\n");
+    assert!(findings.is_empty(), "{} sequences differ\n{shown}", findings.len());
+    reached
 }
 
+/// Every answer a slave has is among those compared.
 fn fsoe_shapes(sequences: u64) {
-    let mut findings = Vec::new();
-    for (outputs, inputs, parameters) in
-        [(1, 1, 0), (2, 2, 0), (4, 12, 0), (8, 12, 4), (1, 6, 3), (12, 2, 5), (126, 126, 8), (6, 8, 0)]
-    {
-        let run = |seed| fsoe_sequence(seed, outputs, inputs, parameters).err();
-        findings.extend((0..sequences).filter_map(run));
+    let shapes =
+        [(1, 1, 0), (2, 2, 0), (4, 12, 0), (8, 12, 4), (1, 6, 3), (12, 2, 5), (126, 126, 8), (6, 8, 0)];
+    let run = |(outputs, inputs, parameters)| {
+        (0..sequences).map(move |seed| fsoe_sequence(seed, outputs, inputs, parameters))
+    };
+    let reached = alike(shapes.into_iter().flat_map(run));
+    for code in [0, 1, 2, 3, 4, 5, 6, 8, 9, 10, 11] {
+        assert!(reached.contains(&("reset", code)), "no Reset({code}) was compared");
     }
-    none(&findings);
+    for command in command::ALL.into_iter().filter(|command| *command != command::RESET) {
+        assert!(reached.contains(&("command", command)), "no answer {command:02X} was compared");
+    }
 }
 
+/// Every status bit but iPar_OK and Device_Fault is among those compared.
 fn profisafe_shapes(sequences: u64) {
-    let mut findings = Vec::new();
-    for (outputs, inputs) in [(4, 4), (2, 2), (1, 12)] {
-        findings.extend((0..sequences).filter_map(|seed| profisafe_sequence(seed, outputs, inputs).err()));
+    let run = |(outputs, inputs)| (0..sequences).map(move |seed| profisafe_sequence(seed, outputs, inputs));
+    let reached = alike([(4, 4), (2, 2), (1, 12)].into_iter().flat_map(run));
+    for bit in [status::CE_CRC, status::WD_TIMEOUT, status::FV_ACTIVATED, status::TOGGLE, status::CONS_NR_R] {
+        assert!(reached.iter().any(|(_, octet)| octet & bit != 0), "status bit {bit:02X} was never set");
     }
-    none(&findings);
+    assert!(reached.contains(&("status", 0)), "no process values were compared");
 }
 
 #[test]
