@@ -4,7 +4,7 @@ use shm_schema::agreement::PathTest;
 use shm_schema::command::{Command, CommandSource};
 use shm_schema::encoder::{Encoder, SlotKind};
 use shm_schema::error::ErrorList;
-use shm_schema::exchange::{Inputs, Outputs, Setup, Start};
+use shm_schema::exchange::{Inputs, Motion, Outputs, Sampled, Setup, Start};
 use shm_schema::inhibit::Inhibit;
 use shm_schema::io::Io;
 use shm_schema::report::{Phase, Report, Stop};
@@ -163,19 +163,9 @@ impl Monitor {
         self.watch_producer(&cell, now_ns);
         let elapsed_ns = now_ns.saturating_sub(self.sample.now_ns);
         let before = self.sample;
-        let (position, speed, acceleration, sound) = match inputs.motion {
-            Some(motion) => (motion.position, i64::from(motion.speed_mrpm), motion.acceleration_mrpm_s, true),
-            None => {
-                let sound = self.evaluate(&cell, judged);
-                let reading = self.encoder.reading();
-                (
-                    reading.position,
-                    reading.speed,
-                    None,
-                    sound & (self.encoder.is_primed() | self.is_encoderless()),
-                )
-            }
-        };
+        let (motion, sound) = self.motion(inputs, &cell, judged);
+        let Motion { position, speed_mrpm, acceleration_mrpm_s: acceleration } = motion;
+        let speed = i64::from(speed_mrpm);
         let derived = speed.saturating_sub(before.speed).saturating_mul(1_000_000_000);
         let derived = derived.checked_div(elapsed_ns.min(i64::MAX as u64) as i64).unwrap_or(0);
         let derived = if self.stepped { derived } else { 0 };
@@ -189,6 +179,23 @@ impl Monitor {
         sound
     }
 
+    /// Exact motion where it is given, the evaluated encoder otherwise; whether it is sound.
+    fn motion(&mut self, inputs: &Inputs, cell: &Sampled<Encoder>, judged: bool) -> (Motion, bool) {
+        if let Some(motion) = inputs.motion {
+            return (motion, true);
+        }
+        let sound = self.evaluate(cell, judged);
+        let (reading, primed) = if self.is_encoderless() {
+            (self.by_frequency(&cell.payload), true)
+        } else {
+            (self.encoder.reading(), self.encoder.is_primed())
+        };
+        let speed = reading.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX));
+        let motion =
+            Motion { position: reading.position, speed_mrpm: speed as i32, acceleration_mrpm_s: None };
+        (motion, sound & primed)
+    }
+
     /// Open loop: the drive's output frequency is all there is (ATV-FREQ-02).
     fn by_frequency(&self, encoder: &Encoder) -> Reading {
         let turns = i64::from(encoder.frequency_mhz).saturating_mul(60);
@@ -200,11 +207,8 @@ impl Monitor {
         self.program.encoder.kind == Some(SlotKind::Encoderless)
     }
 
-    fn evaluate(&mut self, cell: &shm_schema::exchange::Sampled<Encoder>, judged: bool) -> bool {
-        if !self.encoder_cell.advanced {
-            return true;
-        }
-        if self.is_encoderless() {
+    fn evaluate(&mut self, cell: &Sampled<Encoder>, judged: bool) -> bool {
+        if self.is_encoderless() | !self.encoder_cell.advanced {
             return true;
         }
         match self.encoder.take(cell) {
@@ -219,7 +223,7 @@ impl Monitor {
     }
 
     /// DEC-26: the producer's stamps and its sample count against the own clock.
-    fn watch_producer(&mut self, cell: &shm_schema::exchange::Sampled<Encoder>, now_ns: u64) {
+    fn watch_producer(&mut self, cell: &Sampled<Encoder>, now_ns: u64) {
         if !self.encoder_cell.advanced {
             return;
         }
@@ -307,11 +311,9 @@ impl Monitor {
             now_ns,
             word: plain.map(|command| command.word),
             clear: plain.is_some_and(|command| command.clear_error),
-            drive_n0: command.is_some_and(|command| command.drive_n0),
             drive_enabled: command.is_some_and(|command| command.drive_enabled),
             io: self.io_cell.current(now_ns, stale_ns, cycle_ns).map(|cell| &cell.payload),
             settle: self.settles_now(),
-            sample: self.sample,
             operational: self.phase == Phase::Operational,
         };
         let used = self.program.used;

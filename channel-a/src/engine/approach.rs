@@ -20,8 +20,6 @@ pub enum Origin {
     /// The speed latched at activation.
     #[default]
     Latched,
-    /// The latched speed plus an offset away from zero, 1/1000 rpm (Lenze, C15307).
-    Offset(i64),
     /// The highest speed seen during the delay plus an offset (ATV, SC32).
     Highest(i64),
 }
@@ -198,7 +196,7 @@ impl Progress {
     fn line_start(&self, origin: Origin) -> i64 {
         match origin {
             Origin::Latched => self.start,
-            Origin::Offset(offset) | Origin::Highest(offset) => {
+            Origin::Highest(offset) => {
                 let magnitude = self.start.saturating_abs().saturating_add(offset);
                 if self.start < 0 { magnitude.saturating_neg() } else { magnitude }
             }

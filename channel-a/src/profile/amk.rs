@@ -244,7 +244,7 @@ impl Amk {
     }
 
     /// Status word (AMK-FSOE-10).
-    pub fn status(&self, state: &State) -> Word {
+    pub fn status(state: &State) -> Word {
         let mut word = 0_u32;
         let mut set = |bit: u8, value: bool| word |= u32::from(value).wrapping_shl(u32::from(bit));
         set(status::STO, state.sto);

@@ -11,7 +11,7 @@ use super::atv_sls::{Levels, Sls, Verdict};
 use super::{Fault, Outside, Program, Requests, Response, Rules, Scene, State, edge};
 use crate::encoder::{Fault as EncoderFault, Selection};
 use crate::engine::approach::{Approach, Origin, Slope};
-use crate::engine::stop::{self, Active, Demand, End, Reaction, Stops};
+use crate::engine::stop::{self, Active, Demand, End, Reaction};
 use crate::engine::watch::{Plan, Quantity, Violation};
 use crate::engine::{Range, Sample, Side};
 use crate::errors::Class;
@@ -142,7 +142,7 @@ impl Atv {
     }
 
     /// Requests of this step.
-    pub fn requests(&mut self, outside: &Outside, _: &Stops) -> Requests {
+    pub fn requests(&mut self, outside: &Outside) -> Requests {
         let mut requests = Requests::default();
         let word = outside.word.map_or(0, |word| word.0[0]);
         let bit = |number: u8| word.wrapping_shr(u32::from(number)) & 1 == 1;
@@ -205,9 +205,10 @@ impl Atv {
         if !(asked & scene.monitored) {
             self.sls.rest();
         }
-        let verdict = match asked & scene.monitored & !self.sls_braked {
-            true => self.sls.step(scene.sample.speed, scene.sample.now_ns),
-            false => Verdict::Kept,
+        let verdict = if asked & scene.monitored & !self.sls_braked {
+            self.sls.step(scene.sample.speed, scene.sample.now_ns)
+        } else {
+            Verdict::Kept
         };
         let one_way = self.sls.engaged() & (self.sls.levels.kind <= 3);
         let blind = self.open_loop() & !self.enabled & (braking | one_way);

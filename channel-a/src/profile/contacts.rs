@@ -68,9 +68,8 @@ impl Contact {
         let (own, other) = (self.own.level(), self.other.level());
         let late = |since: u64| now_ns.saturating_sub(since) > self.limit_ns;
         self.state = match self.state {
-            State::Off if own & other => State::On,
+            State::Off | State::Rising(_) if own & other => State::On,
             State::Off if own | other => State::Rising(now_ns),
-            State::Rising(_) if own & other => State::On,
             State::Rising(since) if late(since) => State::Faulty(false),
             State::On if !(own | other) => State::Off,
             State::On if !(own & other) => State::Falling(now_ns, !own, !other),

@@ -245,13 +245,13 @@ impl Builder {
             function: reference(object.function, object.instance) as u16,
             request: Some(request),
             status: self.status(object),
-            reaction: self.reaction(object, error),
+            reaction: Self::reaction(object, error),
         });
         request
     }
 
     /// ETG-ERR-01, ETG-ERR-02; the stops come before everything that refers to them.
-    fn reaction(&self, object: &Object, error: u32) -> Reaction {
+    fn reaction(object: &Object, error: u32) -> Reaction {
         if error == FIXED_STO {
             return Reaction::Sto;
         }
@@ -259,7 +259,7 @@ impl Builder {
         if wanted == 0 {
             return Reaction::None;
         }
-        let stop = self.etg.standing_reference(wanted, object.image);
+        let stop = standing_reference(wanted, object.image);
         stop.map_or(Reaction::Sto, Reaction::Stop)
     }
 }
@@ -275,13 +275,9 @@ fn stop_instances<'a>(image: &'a Image) -> impl Iterator<Item = (u32, u32)> + 'a
     pairs.filter(|(function, _)| (*function == etg::SS1) | (*function == etg::SS2)).take(STOPS)
 }
 
-impl Etg {
-    fn standing_reference(&self, wanted: u32, image: &Image) -> Option<u8> {
-        let mut stops = stop_instances(image);
-        stops
-            .position(|(function, instance)| reference(function, instance) == wanted)
-            .map(|place| place as u8)
-    }
+fn standing_reference(wanted: u32, image: &Image) -> Option<u8> {
+    let mut stops = stop_instances(image);
+    stops.position(|(function, instance)| reference(function, instance) == wanted).map(|place| place as u8)
 }
 
 /// Builds the axis.
@@ -458,7 +454,7 @@ fn always(
             function: reference(object.function, object.instance) as u16,
             request: None,
             status: builder.status(object),
-            reaction: builder.reaction(object, error),
+            reaction: Builder::reaction(object, error),
         });
     }
 }
@@ -533,7 +529,7 @@ fn ss2(builder: &mut Builder, program: &mut Program, object: &Object, n_max: i64
         stand_position: Range::symmetric(stand.value(sos::POSITION_ZERO_WINDOW)),
         function: reference(object.function, object.instance) as u16,
         stand_function: reference(stand.function, stand.instance) as u16,
-        reaction: builder.reaction(object, ss2::ERROR_REACTION),
+        reaction: Builder::reaction(object, ss2::ERROR_REACTION),
         restart: object.value(ss2::RESTART_ACKNOWLEDGE_BEHAVIOR) != 0,
     };
     let place = place_stop(builder, program, object, plan);

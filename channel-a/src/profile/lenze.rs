@@ -326,13 +326,10 @@ impl Lenze {
         let asked = self.operate(asked, mode_bus, enable_bus, watches, &mut requests);
         self.demand(asked, outside, stops, &mut requests);
         let high = passed & KNOWN & !ACTIVE_LOW & !(1 << control::SD_OUT1);
-        requests.requested =
-            Word::from_u32(asked | (high & (1 << control::ES | 1 << control::OMS)) | self.output_off(passed));
+        requests.requested = Word::from_u32(
+            asked | (high & (1 << control::ES | 1 << control::OMS)) | (!passed & (1 << control::SD_OUT1)),
+        );
         requests
-    }
-
-    const fn output_off(&self, passed: u32) -> u32 {
-        !passed & (1 << control::SD_OUT1)
     }
 
     /// Bus edges and terminal pulses (LNZ-ACK-01 to LNZ-ACK-06).

@@ -40,16 +40,12 @@ pub struct Outside<'a> {
     pub word: Option<Word>,
     /// Non-safe clear command.
     pub clear: bool,
-    /// The drive's own "speed is zero".
-    pub drive_n0: bool,
     /// The drive's power stage is enabled.
     pub drive_enabled: bool,
     /// Safe inputs.
     pub io: Option<&'a Io>,
     /// These inputs have stood for ever.
     pub settle: bool,
-    /// Motion, as the functions see it.
-    pub sample: Sample,
     /// The phase is Operational.
     pub operational: bool,
 }
@@ -174,6 +170,8 @@ pub struct Program {
 }
 
 /// The own part of each profile.
+// One program lives for the whole run in a fixed place; there is no allocator.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 pub enum Rules {
     /// Nothing: refused.
@@ -258,7 +256,7 @@ impl Rules {
             Self::Amk(amk) => amk.requests(outside),
             Self::Etg(etg) => etg.requests(outside),
             Self::Lenze(lenze) => lenze.requests(outside, watches, stops),
-            Self::Atv(atv) => atv.requests(outside, stops),
+            Self::Atv(atv) => atv.requests(outside),
         }
     }
 
@@ -267,7 +265,7 @@ impl Rules {
         match self {
             // Bit 0 is STO and bit 7 an error in every profile that has them.
             Self::Refused => Word::from_u32(0x81),
-            Self::Amk(amk) => amk.status(state),
+            Self::Amk(_) => amk::Amk::status(state),
             Self::Etg(etg) => etg.status(state),
             Self::Lenze(lenze) => lenze.status(state),
             Self::Atv(atv) => atv.status(state),

@@ -109,7 +109,7 @@ pub struct Axis {
 /// The axes, and the ports that keep their cells alive.
 pub struct Axes {
     /// One for each axis in use.
-    pub axes: Vec<Axis>,
+    pub each: Vec<Axis>,
     _readers: Vec<Reader<Ipc, u32>>,
     _writers: Vec<Writer<Ipc, u32>>,
     _domain: Domain,
@@ -167,10 +167,10 @@ impl Domain {
         let (encoder, io, command) = (encoder?, io?, command?);
         let (partner, agreement, readback) = (partner?, agreement?, readback?);
         let (report, inhibit) = (report?, inhibit?);
-        let mut axes = Vec::with_capacity(monitors.len());
+        let mut each = Vec::with_capacity(monitors.len());
         for ((number, monitor), line) in options.axes.iter().zip(monitors).zip(lines) {
             let place = Place { axis: *number, nonce: options.nonce };
-            axes.push(Axis {
+            each.push(Axis {
                 monitor,
                 encoder: place.input(&encoder, Kind::Encoder)?,
                 io: place.input(&io, Kind::Io)?,
@@ -184,7 +184,7 @@ impl Domain {
             });
         }
         Ok(Axes {
-            axes,
+            each,
             _readers: vec![encoder, io, command, partner, agreement, readback],
             _writers: vec![report, inhibit],
             _domain: self,

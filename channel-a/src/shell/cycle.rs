@@ -38,7 +38,7 @@ pub fn run(options: &Options, mut axes: Axes, ending: &Ending, sound: &AtomicBoo
     let cycle_ns = options.cycle_ns();
     let phase_ns = options.phase_us * 1_000;
     let seat = |axis| Seat { axis, published: None, edges: 0 };
-    let mut seats: Vec<Seat> = axes.axes.drain(..).map(seat).collect();
+    let mut seats: Vec<Seat> = axes.each.drain(..).map(seat).collect();
     let mut due_ns = next_boundary(now_ns(), cycle_ns, phase_ns);
     let mut shared = Shared { plain_command: options.plain_command, image_sound: true, overruns: 0 };
     while !ending.is_wanted() {

@@ -92,7 +92,7 @@ impl Options {
             "--phase-us" => self.phase_us = number(name, value, 0, 4_000)?,
             "--axes" => {
                 self.axes =
-                    value.split(',').map(|axis| number(name, axis, 1, 64)).collect::<Result<_, _>>()?
+                    value.split(',').map(|axis| number(name, axis, 1, 64)).collect::<Result<_, _>>()?;
             }
             "--images" => self.images = value.into(),
             "--cpu" => self.cpu = Some(number(name, value, 0, 1_023)?),
@@ -143,7 +143,7 @@ impl Options {
     }
 }
 
-fn number<T: std::str::FromStr + PartialOrd + std::fmt::Display>(
+fn number<T: std::str::FromStr + PartialOrd + std::fmt::Display + Copy>(
     name: &str,
     value: &str,
     least: T,

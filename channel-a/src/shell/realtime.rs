@@ -47,6 +47,8 @@ fn lock_memory() -> Option<String> {
     (result != 0).then(|| format!("locked memory: {error}; page faults are possible"))
 }
 
+// The stack is what is to be touched.
+#[allow(clippy::large_stack_arrays)]
 #[inline(never)]
 fn prefault() {
     let mut stack = [0_u8; STACK];

@@ -5,7 +5,6 @@ use std::vec::Vec;
 use shm_schema::agreement::{Agreement, Echo, PathTest};
 use shm_schema::command::{Command, CommandSource};
 use shm_schema::encoder::Encoder;
-use shm_schema::error::ErrorCode;
 use shm_schema::exchange::{CellFault, Inputs, Motion, Outputs, Published, Sampled, Setup, Start};
 use shm_schema::image::{MAGIC, VERSION};
 use shm_schema::inhibit::Readback;
@@ -38,6 +37,10 @@ pub fn image(profile: Profile, entries: &[(u32, i64)]) -> Vec<u8> {
     let mut all = octets(&words);
     all.extend_from_slice(&crc32(&all).to_le_bytes());
     all
+}
+
+fn cell<T>(sequence: u64, payload: T) -> Sampled<T> {
+    Sampled { sequence, timestamp_ns: (sequence - 1) * MILLISECOND, crc32: 0, payload }
 }
 
 /// One axis under test.
@@ -110,9 +113,6 @@ impl Bench {
         if self.encoder_alive {
             self.encoder_sequence = self.k + 1;
         }
-        fn cell<T>(sequence: u64, payload: T) -> Sampled<T> {
-            Sampled { sequence, timestamp_ns: (sequence - 1) * MILLISECOND, crc32: 0, payload }
-        }
         let encoder =
             Encoder { torque_ppm: self.torque_ppm, period_ns: MILLISECOND as u32, ..Encoder::default() };
         let pattern = |high: bool| if high { u64::MAX } else { 0 };
@@ -143,8 +143,9 @@ impl Bench {
         }
         let published =
             own.map(|report| Published { exchange: report.exchange, crc32: report.exchange as u32 ^ 5 });
-        if self.agreement_alive {
-            if let Some(published) = published {
+        let agreed = published.filter(|_| self.agreement_alive);
+        {
+            if let Some(published) = agreed {
                 self.agreement.echo_a =
                     Echo { exchange: published.exchange, boot_nonce: 9, crc32: published.crc32 };
                 self.agreement.exchange = published.exchange;
@@ -223,8 +224,4 @@ impl Bench {
 
 pub fn codes(report: &Report) -> Vec<(u32, u32, u32, u32)> {
     report.errors.iter().map(|code| (code.code, code.info1, code.info2, code.info3)).collect()
-}
-
-pub fn has(report: &Report, code: ErrorCode) -> bool {
-    report.errors.contains(code)
 }
