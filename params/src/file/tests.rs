@@ -137,3 +137,26 @@ fn text_that_is_no_toml_says_where() {
     assert!(errors("profile = \"amk-kw\"\n[parameters\n").starts_with("set.toml:2:"));
     assert!(errors("").contains("no profile is named"));
 }
+
+/// Whatever a file holds, reading it answers; it never ends the program.
+#[test]
+fn no_damaged_file_ends_the_reader() {
+    let texts = crate::definition::PROFILES.map(|profile| crate::create::new_file(profile, "SIM-0001"));
+    let short = "profile = \"etg-6100-2\"\n[parameters]\nSLS_1.velocity_limit_u16 = 5\n\"SS1_2.time_to_sto\" = 7\n[words]\ncontrol.32 = \"SLS_5\"\n";
+    let mut state = 7_u64;
+    let mut random = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    for round in 0..300 {
+        let text = if round < 20 { &texts[round % texts.len()] } else { short };
+        let mut octets = text.as_bytes().to_vec();
+        for _ in 0..1 + random(3) {
+            let at = random(octets.len());
+            octets[at] = [b'.', b'_', b'"', b'=', b'[', b'9', b'-', b'\n', 0xC3, b'e'][random(10)];
+        }
+        let text = String::from_utf8_lossy(&octets);
+        let report = crate::check(&text, "x");
+        assert_eq!(report.diagnostics.is_empty(), parse(&text, "x").is_ok());
+    }
+}
