@@ -5,6 +5,8 @@ mod supervision;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
+mod tests_atv;
+#[cfg(test)]
 mod tests_etg;
 #[cfg(test)]
 mod tests_lenze;
@@ -139,6 +141,7 @@ impl Monitor {
             drive_n0: cells.drive_n0,
             is_first: self.is_first,
             is_settled,
+            in_sto: self.plan.stops.in_sto() & !is_settled,
             motion: &cells.motion,
             now: now_ns,
         };
@@ -360,6 +363,7 @@ impl Monitor {
                 outputs: logic.outputs(&cells.word, in_sto),
                 ..DriveRequest::default()
             },
+            Logic::Atv(logic) => DriveRequest { brake_open: !in_sto, ..logic.drive(brakes) },
             Logic::None => DriveRequest::default(),
         }
     }

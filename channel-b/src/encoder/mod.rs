@@ -38,6 +38,8 @@ pub struct EncoderSetup {
     pub periods: u32,
     /// Pole pairs, for a drive without encoder (DEC-32).
     pub pole_pairs: u32,
+    /// The encoder counts against the motor.
+    pub is_inverted: bool,
 }
 
 /// Why a sample is not believed.
@@ -106,6 +108,15 @@ impl Evaluation {
     /// # Errors
     /// Why it is not believed.
     pub fn evaluate(&mut self, encoder: &Encoder, time_ns: u64) -> Result<Evaluated, EncoderFault> {
+        let seen = self.evaluate_signals(encoder, time_ns)?;
+        if !self.setup.is_inverted {
+            return Ok(seen);
+        }
+        let (position, speed_mrpm) = (seen.position.saturating_neg(), seen.speed_mrpm.saturating_neg());
+        Ok(Evaluated { position, speed_mrpm })
+    }
+
+    fn evaluate_signals(&mut self, encoder: &Encoder, time_ns: u64) -> Result<Evaluated, EncoderFault> {
         let slot = self.choose(encoder).ok_or(EncoderFault::Absent)?;
         if slot.status != 0 {
             return Err(EncoderFault::Status);

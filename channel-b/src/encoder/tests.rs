@@ -1,8 +1,13 @@
 use super::*;
 use std::prelude::v1::*;
 
-const SETUP: EncoderSetup =
-    EncoderSetup { slot: None, kind: Some(SlotKind::SineCosine), periods: 1024, pole_pairs: 1 };
+const SETUP: EncoderSetup = EncoderSetup {
+    slot: None,
+    kind: Some(SlotKind::SineCosine),
+    periods: 1024,
+    pole_pairs: 1,
+    is_inverted: false,
+};
 
 fn sine(position: f64, amplitude: f64) -> Encoder {
     let periods = position * 1024.0 / INCREMENTS;

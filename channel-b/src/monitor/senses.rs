@@ -183,7 +183,7 @@ impl Monitor {
         }
         let is_news = self.senses.encoder.observe(believed, now);
         cells.is_stale = self.is_stale(&self.senses.encoder, now);
-        if let (Some(cell), true) = (sample, is_news & self.plan.has_encoder) {
+        if let (Some(cell), true) = (sample, is_news & (self.plan.has_encoder | inputs.motion.is_some())) {
             self.evaluate(inputs, cell, cells, now);
         }
         cells.motion = self.senses.motion;

@@ -3,6 +3,8 @@
 
 pub mod amk;
 pub mod amk_rules;
+pub mod atv;
+pub mod atv_rules;
 pub mod etg;
 pub mod etg_rules;
 pub mod lenze;
@@ -121,6 +123,8 @@ pub struct Asked<'a> {
     pub drive_n0: bool,
     /// Motion of this cycle.
     pub motion: &'a Motion,
+    /// Torque was off in the cycle before.
+    pub in_sto: bool,
     /// Own clock, ns.
     pub now: u64,
 }
@@ -134,6 +138,8 @@ pub enum Logic {
     Etg(etg::Logic),
     /// Lenze SM301.
     Lenze(lenze::Logic),
+    /// Schneider ATV340 with VW3A3807.
+    Atv(atv::Logic),
     /// No profile: nothing is permitted.
     None,
 }
@@ -151,7 +157,13 @@ impl Plan {
             bank: Bank::new(),
             stops: Stops::new(),
             bits: Bits::NONE,
-            encoder: EncoderSetup { slot: None, kind: None, periods: 1024, pole_pairs: 1 },
+            encoder: EncoderSetup {
+                slot: None,
+                kind: None,
+                periods: 1024,
+                pole_pairs: 1,
+                is_inverted: false,
+            },
             has_encoder: true,
             lines: [LineSetup::default(); PAIRS],
             position_difference: 0,
@@ -174,7 +186,8 @@ impl Plan {
             Profile::AmkKw => amk::build(image),
             Profile::Etg61002 => etg::build(image),
             Profile::LenzeSm301 => lenze::build(image),
-            _ => Self::new(image),
+            Profile::Atv340 => atv::build(image),
+            Profile::None => Self::new(image),
         }
     }
 
@@ -218,6 +231,7 @@ impl Logic {
         match self {
             Self::Amk(logic) => logic.requests(bits, asked),
             Self::Lenze(logic) => logic.requests(asked, bank, ledger),
+            Self::Atv(logic) => logic.requests(asked, ledger),
             Self::Etg(_) | Self::None => plain_requests(bits, asked.word),
         }
     }
@@ -228,6 +242,7 @@ impl Logic {
             Self::Amk(_) => amk::code(spec, breach, reaction),
             Self::Etg(_) => etg::code(spec, breach),
             Self::Lenze(_) => lenze::code(spec, breach),
+            Self::Atv(_) => atv::code(spec, breach),
             Self::None => ErrorCode::single(1),
         }
     }
@@ -238,6 +253,7 @@ impl Logic {
             Self::Amk(_) | Self::None => code,
             Self::Etg(_) => etg::internal(code),
             Self::Lenze(_) => lenze::internal(code),
+            Self::Atv(_) => atv::internal(code),
         }
     }
 
@@ -270,6 +286,7 @@ impl Logic {
         match self {
             Self::Lenze(logic) => logic.show(word, requested, stops, bank),
             Self::Etg(logic) => logic.show(word, requested, motion, stops, now),
+            Self::Atv(logic) => logic.show(word, stops, bank),
             Self::Amk(_) | Self::None => word,
         }
     }
@@ -280,6 +297,7 @@ impl Logic {
             Self::Amk(logic) => logic.watch(asked, ledger),
             Self::Etg(logic) => logic.watch(asked, requested, stops, ledger),
             Self::Lenze(logic) => logic.watch(asked, ledger),
+            Self::Atv(logic) => logic.watch(ledger),
             Self::None => {}
         }
     }
@@ -314,7 +332,8 @@ pub fn judge(image: &Image<'_>, report: &mut dyn FnMut(ErrorCode)) {
         ),
         Profile::Etg61002 => etg_rules::findings(image, report),
         Profile::LenzeSm301 => lenze_rules::findings(image, report),
-        _ => report(ErrorCode::amk(3609, 128, 6, 56)),
+        Profile::Atv340 => atv_rules::findings(image, report),
+        Profile::None => report(ErrorCode::amk(3609, 128, 6, 56)),
     }
 }
 
