@@ -108,6 +108,13 @@ impl Monitor {
         }
     }
 
+    /// Runs even a refused set, to show that no parameter can make a step panic.
+    #[cfg(test)]
+    pub(crate) fn force_operational(&mut self) {
+        self.phase = Phase::Operational;
+        self.errors = Errors::default();
+    }
+
     fn stale_ns(&self) -> u64 {
         self.setup.cycle_ns.saturating_mul(u64::from(self.setup.stale_cycles.max(1)))
     }

@@ -6,3 +6,4 @@ mod atv;
 mod bench;
 mod etg;
 mod lenze;
+mod robust;
