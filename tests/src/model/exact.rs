@@ -54,6 +54,12 @@ impl Ratio {
         Self::new(self.numerator, self.denominator * i128::from(divisor))
     }
 
+    /// `self * share / whole`; the whole must be positive.
+    pub fn scaled(self, share: Self, whole: Self) -> Self {
+        let numerator = self.numerator * share.numerator * whole.denominator;
+        Self::new(numerator, self.denominator * share.denominator * whole.numerator)
+    }
+
     /// Rounded to the nearest whole number, halves away from zero.
     pub fn to_nearest(self) -> i64 {
         let twice = 2 * self.numerator.abs() + self.denominator;

@@ -11,7 +11,7 @@
 //! - [`exact`], [`approach`], [`filter`]: the primitives
 //! - [`script`]: short scripts for tests
 //! - [`pair`]: two channels and crosscheck: agreement, comparison, combination
-//! - [`amk`], [`atv`], [`etg`]: one channel of each profile
+//! - [`amk`], [`atv`], [`etg`], [`lenze`]: one channel of each profile
 
 pub mod amk;
 pub mod approach;
@@ -19,6 +19,7 @@ pub mod atv;
 pub mod etg;
 pub mod exact;
 pub mod filter;
+pub mod lenze;
 pub mod pair;
 pub mod script;
 
@@ -162,7 +163,8 @@ impl Model {
                 Profile::AmkKw => Box::new(amk::Amk::new(parameters, which)),
                 Profile::Atv340 => Box::new(atv::Atv::new(parameters)),
                 Profile::Etg61002 => Box::new(etg::Etg::new(parameters)),
-                other => panic!("no model of {}", other.name()),
+                Profile::LenzeSm301 => Box::new(lenze::Lenze::new(parameters)),
+                other @ Profile::None => panic!("no model of {}", other.name()),
             }
         };
         let rules = pair::Rules::of(profile, parameters);
