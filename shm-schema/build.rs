@@ -24,7 +24,7 @@ const PARAMETERS: [(&str, &str); 5] = [
 const PARAMETER: &str = "
 /// Range and default of one parameter, as raw values of the safety image.
 ///
-/// A parameter with `max` above `i32::MAX` is a bit field: the image holds its pattern.
+/// A bit field takes every pattern: its range is that of the raw value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
     /// Key in the image ([`crate::profile`]).
@@ -92,12 +92,13 @@ fn write_parameters(out: &mut String, table: &Table) {
     rows.sort_by_key(|row| number(row, "number"));
     writeln!(out, "/// Every parameter of the safety image, ascending by key.\npub const PARAMETERS: [super::Parameter; {}] = [", rows.len()).unwrap();
     for row in rows {
+        let bits = text(row, "kind") == "bits";
         writeln!(
             out,
             "super::Parameter {{ key: {}, min: {}, max: {}, default: {} }}, // {}",
             number(row, "number"),
-            number(row, "min"),
-            number(row, "max"),
+            if bits { i64::from(i32::MIN) } else { number(row, "min") },
+            if bits { i64::from(i32::MAX) } else { number(row, "max") },
             number(row, "default"),
             text(row, "key")
         )

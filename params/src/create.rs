@@ -46,8 +46,9 @@ fn parameter(text: &mut String, profile: Profile, definition: &Definition) {
         let _ = writeln!(text, "#   {} {}{meaning}", choice.raw, choice.word);
     }
     let common = definition::common().iter().any(|common| common.number == definition.number);
-    let optional =
+    let object =
         profile == Profile::Etg61002 && !common && definition.key != "STO.restart_acknowledge_behavior";
+    let optional = object || definition.optional;
     let mark = if optional { "# " } else { "" };
     let key = spelling(profile, definition, common);
     let _ = writeln!(text, "{mark}{key} = {}", written(profile, definition));

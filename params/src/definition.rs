@@ -71,6 +71,9 @@ pub struct Definition {
     /// The parameter it always equals; such a parameter is not in the image.
     #[serde(default)]
     pub fixed_to: Option<String>,
+    /// Counts only when a file names it; absent from the image otherwise.
+    #[serde(default)]
+    pub optional: bool,
     /// ETG: M, O or C as the profile's tables give it.
     #[serde(default)]
     pub condition: String,

@@ -72,7 +72,9 @@ pub fn name(profile: Profile, number: u32) -> String {
 /// Values of a set that names nothing (DEC-28). In the generic profile only the restart
 /// behaviour of STO, the one function that always exists (DEC-40, DEC-12).
 pub fn defaults(profile: Profile) -> BTreeMap<u32, i32> {
-    let own = definition::definitions(profile).iter().filter(|definition| definition.fixed_to.is_none());
+    let own = definition::definitions(profile)
+        .iter()
+        .filter(|definition| definition.fixed_to.is_none() && !definition.optional);
     let own = own.filter(|definition| {
         profile != Profile::Etg61002 || definition.key == "STO.restart_acknowledge_behavior"
     });

@@ -134,7 +134,7 @@ impl<'a> Judge<'a> {
     fn breaks(&self, rule: &Rule) -> bool {
         let value = |name: &str| self.operand(name);
         let condition = rule.condition.as_ref();
-        // A rule whose names are all known has a truth value; the tables' tests see to that.
+        // Without a truth value it compares with an optional parameter that the file leaves out.
         condition.and_then(|condition| condition.holds(&value)).unwrap_or(false)
     }
 

@@ -34,10 +34,11 @@ fn a_broken_row_tells_code_line_and_remedy() {
 /// AMKP-PLAUS-003, DEC-46: the compared values stand in the code.
 #[test]
 fn the_encoder_row_carries_both_values() {
-    let report = amk("Prm6 = 2048");
+    assert!(rules(&amk("Prm6 = 2048")).is_empty(), "nothing to compare with");
+    let report = amk("Prm6 = 2048\nID32776 = 1024");
     assert_eq!(rules(&report), ["003"]);
     assert_eq!(report.findings[0].code, "3605/200/1024/2048");
-    assert!(rules(&amk("Prm6 = 2048\nPrm4 = 0\nPrm5 = 0")).is_empty());
+    assert!(rules(&amk("Prm6 = 2048\nID32776 = 1024\nPrm4 = 0\nPrm5 = 0")).is_empty());
 }
 
 /// AMKP-EX-ASSIGN
