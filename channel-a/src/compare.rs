@@ -26,9 +26,6 @@ impl Differences {
     /// `tolerance_ns` or longer.
     pub fn step(&mut self, masks: &[u32; PARTS], now_ns: u64, tolerance_ns: u64) -> [u32; PARTS] {
         let mut expired = [0; PARTS];
-        if (*masks == [0; PARTS]) & (self.standing == [0; PARTS]) {
-            return expired;
-        }
         let parts = masks.iter().zip(&mut self.standing).zip(&mut self.since_ns).zip(&mut expired);
         for (((mask, standing), since), expired) in parts {
             let begins = mask & !*standing;

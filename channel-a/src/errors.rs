@@ -33,10 +33,22 @@ struct Entry {
     fresh: bool,
 }
 
+/// Whether no entry is in use.
+#[derive(Debug, Clone, Copy)]
+struct Empty(bool);
+
+impl Default for Empty {
+    fn default() -> Self {
+        Self(true)
+    }
+}
+
 /// Errors and warnings that stand.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Errors {
     entries: [Option<Entry>; PLACES],
+    // Most steps have none: they need not look.
+    empty: Empty,
     overflown: bool,
     list: ErrorList,
     stale_list: bool,
@@ -45,6 +57,9 @@ pub struct Errors {
 impl Errors {
     /// A new step: every cause has to show itself again.
     pub fn begin_step(&mut self) {
+        if self.empty.0 {
+            return;
+        }
         self.entries.iter_mut().flatten().for_each(|entry| entry.fresh = false);
     }
 
@@ -56,6 +71,7 @@ impl Errors {
             return;
         }
         self.stale_list = true;
+        self.empty.0 = false;
         match self.entries.iter_mut().find(|entry| entry.is_none()) {
             Some(place) => *place = Some(Entry { code, class, fresh: true }),
             None => self.overflown = true,
@@ -75,11 +91,15 @@ impl Errors {
                 *place = None;
             }
         }
-        self.overflown &= self.entries.iter().any(Option::is_some);
+        self.empty.0 = !self.entries.iter().any(Option::is_some);
+        self.overflown &= !self.empty.0;
         self.stale_list = true;
     }
 
     fn any(&self, of: impl Fn(Class) -> bool) -> bool {
+        if self.empty.0 {
+            return self.overflown;
+        }
         self.entries.iter().flatten().any(|entry| of(entry.class)) | self.overflown
     }
 

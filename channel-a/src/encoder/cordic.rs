@@ -1,10 +1,10 @@
 //! Angle of a sine/cosine pair by rotation with integers (CORDIC).
 
 /// Steps; each adds one bit.
-const STEPS: u32 = 20;
+const STEPS: u32 = 17;
 /// A full turn of the inner angle.
 const TURN_BITS: u32 = 32;
-/// atan(2^-n) in 2^-32 turns, n = 0 to 19.
+/// atan(2^-n) in 2^-32 turns, n = 0 to 16.
 const ARCTANGENTS: [i64; STEPS as usize] = [
     536_870_912,
     316_933_406,
@@ -23,9 +23,6 @@ const ARCTANGENTS: [i64; STEPS as usize] = [
     41_722,
     20_861,
     10_430,
-    5_215,
-    2_608,
-    1_304,
 ];
 /// Guard bits of the rotated vector.
 const GUARD_BITS: u32 = 12;

@@ -198,6 +198,9 @@ impl Stops {
         }
         // DEC-13: a lower stop requested meanwhile is remembered as long as it is requested.
         let pending = demand.stops & !self.held;
+        if pending == 0 {
+            return;
+        }
         for end in [2, 1] {
             for place in 0..STOPS as u8 {
                 let asked = pending & bit(place) != 0;

@@ -126,6 +126,12 @@ impl Watch {
 
     /// One instant under request.
     pub fn step(&mut self, sample: &Sample) -> Option<Violation> {
+        // Most steps of most watches: a held window on the speed.
+        if matches!((&self.state, self.plan.quantity), (State::Holding(_), Quantity::Speed)) {
+            let side = self.plan.window.left_by(sample.speed)?;
+            self.state = State::Violated;
+            return Some(Violation { part: Part::Window, side });
+        }
         if matches!(self.state, State::Idle) {
             self.state = State::Approaching(Progress::begin(sample.now_ns, sample.speed));
             self.start_speed = sample.speed;

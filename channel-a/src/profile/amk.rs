@@ -288,10 +288,13 @@ impl Amk {
     fn acknowledged(&self, state: &State) -> bool {
         let [one, two, _] = self.assigned;
         let asked = (one | two) & state.requests.watches as u32;
+        if asked == 0 {
+            return false;
+        }
         let (held, broken) = monitored(state);
         let active = held & !broken;
         let all = active & asked == asked;
-        (asked != 0) & all & !state.sto
+        all & !state.sto
     }
 
     /// Codes of the general faults.

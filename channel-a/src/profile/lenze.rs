@@ -589,6 +589,7 @@ impl Lenze {
                 state.sample.now_ns.saturating_sub(since) >= CASCADE_RESTART_NS
             }
             Some(Cascade::Tripped(_)) => false,
+            None if self.output_conditions == [0, 0] => false,
             None => self.output(self.status(state).0[0]),
         };
         let outputs = u8::from(on & by_bus) * 0b0011;
