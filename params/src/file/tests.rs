@@ -151,7 +151,7 @@ fn no_damaged_file_ends_the_reader() {
     for round in 0..300 {
         let text = if round < 20 { &texts[round % texts.len()] } else { short };
         let mut octets = text.as_bytes().to_vec();
-        for _ in 0..1 + random(3) {
+        for _ in 0..=random(3) {
             let at = random(octets.len());
             octets[at] = [b'.', b'_', b'"', b'=', b'[', b'9', b'-', b'\n', 0xC3, b'e'][random(10)];
         }
