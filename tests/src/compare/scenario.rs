@@ -48,8 +48,11 @@ pub struct Scenario {
     pub last: i64,
 }
 
+/// Time in ms and value.
+type Corner = (i64, i64);
+
 /// Corners of one analog column.
-type Corners = Vec<(i64, i64)>;
+type Corners = Vec<Corner>;
 
 impl Scenario {
     fn corners(&self, of: impl Fn(&Row) -> Option<i64>) -> Corners {
@@ -134,7 +137,7 @@ fn levels(pair: (bool, bool)) -> String {
 }
 
 /// The segment `now` lies in: its start, and its end if there is one.
-fn segment(corners: &Corners, now: i64) -> Option<((i64, i64), Option<(i64, i64)>)> {
+fn segment(corners: &[Corner], now: i64) -> Option<(Corner, Option<Corner>)> {
     let before = corners.iter().rev().find(|corner| corner.0 <= now).copied();
     let after = corners.iter().find(|corner| corner.0 > now).copied();
     match (before, after) {
@@ -145,7 +148,7 @@ fn segment(corners: &Corners, now: i64) -> Option<((i64, i64), Option<(i64, i64)
     }
 }
 
-fn value_at(corners: &Corners, now: i64) -> Ratio {
+fn value_at(corners: &[Corner], now: i64) -> Ratio {
     let Some((before, after)) = segment(corners, now) else { return Ratio::whole(0) };
     let Some(after) = after else { return Ratio::whole(before.1) };
     let rise = Ratio::new(i128::from(after.1 - before.1), i128::from(after.0 - before.0));
@@ -157,7 +160,7 @@ fn rounded(value: Ratio) -> i64 {
 }
 
 /// Twice the area of whole segments and of the begun one, in increments.
-fn position_at(corners: &Corners, now: i64) -> i64 {
+fn position_at(corners: &[Corner], now: i64) -> i64 {
     let first = corners.first().map_or(now, |corner| corner.0.min(now));
     let lead = corners.first().map_or(0, |corner| corner.1) * 2 * first.max(0);
     let whole: i128 = corners

@@ -149,10 +149,9 @@ impl Atv {
     fn leave(&mut self, sto: bool, ss1: bool, sls: bool) {
         let Stop::Sto { since, holder } = self.stop else { return };
         let held = match holder {
-            Some(Holder::Ss1) => ss1,
             // A stop that SS1 asks for too has its end state already.
             Some(Holder::Sls) => sls || ss1,
-            None => ss1,
+            Some(Holder::Ss1) | None => ss1,
         };
         let rest = if holder.is_some() { RELEASE_AFTER } else { 0 };
         let over = self.now - since >= rest;
@@ -207,6 +206,7 @@ impl Atv {
     }
 
     /// The zones at activation, row by row of the catalogue's table.
+    #[allow(clippy::match_same_arms, reason = "row by row as the catalogue's table")]
     fn activate_sls(&mut self, magnitude: i64) {
         let above = magnitude > self.frequency(48);
         match (self.sls_type(), above) {

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 
 /// A fraction with a positive denominator.
 #[derive(Debug, Clone, Copy)]
+#[must_use]
 pub struct Ratio {
     numerator: i128,
     denominator: i128,
@@ -11,6 +12,9 @@ pub struct Ratio {
 
 impl Ratio {
     /// `numerator / denominator`; the denominator must be positive.
+    ///
+    /// # Panics
+    /// On a denominator of 0 or less.
     pub fn new(numerator: i128, denominator: i128) -> Self {
         assert!(denominator > 0, "a fraction needs a positive denominator");
         Self { numerator, denominator }

@@ -29,6 +29,7 @@ use shm_schema::profile::Profile;
 use shm_schema::word::Word;
 
 /// Everything one cycle of 1 ms brings.
+#[allow(clippy::struct_excessive_bools, reason = "each is a column of a trace")]
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelInput {
     /// Position, increments (65,536 per revolution).

@@ -37,6 +37,9 @@ impl Requirement {
 }
 
 /// All requirements in order, and every id of any row.
+///
+/// # Panics
+/// When a catalogue is no TOML.
 pub fn read() -> (Vec<Requirement>, BTreeSet<String>) {
     let mut requirements = Vec::new();
     let mut known = BTreeSet::new();

@@ -51,7 +51,7 @@ const SLI: u32 = 114;
 
 impl Violation {
     /// The code as channel `which` raises it.
-    pub fn code(&self, which: Which) -> [u32; 4] {
+    pub fn code(self, which: Which) -> [u32; 4] {
         // DEC-44: an error when the reaction is STO, a warning when it is SS1 or SS2.
         let is_error = self.reaction == Reaction::Sto;
         let message = if is_error { 3606 } else { 3610 };

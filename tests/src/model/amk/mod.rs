@@ -151,7 +151,7 @@ impl Amk {
         }
     }
 
-    fn remember_violation(&mut self, violation: &Violation) {
+    fn remember_violation(&mut self, violation: Violation) {
         let monitor = (violation.function >= 103).then(|| (violation.function - 100) as u8);
         let code = violation.code(self.which);
         self.remember(Standing { code, reaction: Some(violation.reaction), monitor });
@@ -191,7 +191,7 @@ impl Amk {
         if self.stop.state() != before {
             let violation = self.stop.supervise(&self.parameters, self.now, input.position, input.speed_mrpm);
             if let Some(violation) = violation {
-                self.remember_violation(&violation);
+                self.remember_violation(violation);
                 self.stop = Stop::Sto;
             }
         }
@@ -237,7 +237,7 @@ impl Channel for Amk {
         }
         let mut reactions: Vec<Reaction> = found.iter().map(|violation| violation.reaction).collect();
         for violation in &found {
-            self.remember_violation(violation);
+            self.remember_violation(*violation);
         }
         reactions.extend(self.supervise_standstill(input.position));
         self.react(&reactions, input);

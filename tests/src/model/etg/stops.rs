@@ -193,6 +193,7 @@ impl Stop {
     }
 
     /// Starts a stop unless the same or a higher one is in force.
+    #[allow(clippy::match_same_arms, reason = "in the order of priority")]
     pub fn start(&mut self, stop: Reaction, parameters: &Parameters, now: i64, speed: i64) {
         match (stop, &mut *self) {
             (Reaction::None, _) | (Reaction::Ss1(_) | Reaction::Ss2(_), Self::Sto) => {}
