@@ -11,8 +11,15 @@
 //! - [`engine`]: what functions have in common · [`encoder`], [`inputs`]: the senses
 //! - [`fresh`], [`compare`], [`path`]: watching the others · [`ledger`]: standing errors
 //! - [`monitor`]: one axis, one step · [`black_channel`]: the fieldbus slaves
+//!
+//! Conditions are joined without short circuit: every part of a decision is computed in
+//! every cycle, and a decision is one branch.
 #![no_std]
 #![forbid(unsafe_code)]
+#![allow(clippy::needless_bitwise_bool, reason = "decisions without short circuit, see above")]
+#![allow(clippy::large_stack_arrays, reason = "there is no allocation to put tables into")]
+#![allow(clippy::large_types_passed_by_value, reason = "there is no allocation to box a plan")]
+#![allow(clippy::struct_excessive_bools, reason = "flags as the catalogues name them")]
 
 #[cfg(test)]
 extern crate std;

@@ -71,10 +71,9 @@ impl Bank {
 
     /// The error of the function in `place` was acknowledged: it may start again (DEC-17).
     pub fn release(&mut self, place: u8) {
-        if let Some(slot) = self.slots.get_mut(usize::from(place)) {
-            if matches!(slot.state, State::Tripped) {
-                slot.state = State::Idle;
-            }
+        let slot = self.slots.get_mut(usize::from(place));
+        if let Some(slot) = slot.filter(|slot| matches!(slot.state, State::Tripped)) {
+            slot.state = State::Idle;
         }
     }
 
@@ -109,7 +108,8 @@ impl Slot {
             return None;
         }
         let is_requested = (self.spec.control == NO_BIT) || requested.bit(self.spec.control);
-        let is_off = !is_requested | (in_sto & !self.spec.in_sto);
+        let is_suspended = in_sto & !self.spec.in_sto;
+        let is_off = !is_requested | is_suspended;
         if is_off {
             self.state = State::Idle;
             return None;
