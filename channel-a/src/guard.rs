@@ -1,6 +1,8 @@
 //! The form of a cell: check sum, layout, length, kind, axis, writer, boot nonce, order
 //! (design 3.5). What a cell says, and whether it is fresh, is judged in the step.
 
+pub use crate::crc32::crc32;
+
 use shm_schema::cell::{CRC_START, Header, Kind, Payload};
 use shm_schema::exchange::{CellFault, Received, Sampled};
 use shm_schema::wire::{Source, Wire};
@@ -79,7 +81,6 @@ impl Guard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::crc32;
     use shm_schema::cell::{Writer, seal};
     use shm_schema::inhibit::Readback;
 

@@ -53,6 +53,7 @@ pub struct Monitor {
     readback_missed: Missed,
     producer_stamps: Measured,
     producer_count: Measured,
+    producer_stamp_ns: u64,
     sample: Sample,
     judged: Sample,
     now_ns: u64,
@@ -98,6 +99,7 @@ impl Monitor {
             readback_missed: Missed::default(),
             producer_stamps: Measured::default(),
             producer_count: Measured::default(),
+            producer_stamp_ns: 0,
             sample: Sample::default(),
             judged: Sample::default(),
             now_ns: 0,
@@ -233,6 +235,12 @@ impl Monitor {
     fn watch_producer(&mut self, cell: &Sampled<Encoder>, now_ns: u64) {
         if !self.encoder_cell.advanced {
             return;
+        }
+        // A producer that lost samples in between is late, not slow: measured anew.
+        let gap_ns = cell.timestamp_ns.saturating_sub(self.producer_stamp_ns);
+        self.producer_stamp_ns = cell.timestamp_ns;
+        if gap_ns > self.setup.cycle_ns.saturating_mul(3) / 2 {
+            self.producer_count.restart();
         }
         let by_stamp = self.producer_stamps.step(now_ns, cell.timestamp_ns);
         let counted = cell.sequence.saturating_mul(u64::from(cell.payload.period_ns));

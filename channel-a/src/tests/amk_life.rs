@@ -177,3 +177,31 @@ fn sem_warns_and_then_stops() {
 fn a_monitor_is_bounded() {
     assert!(size_of::<crate::Monitor>() < 64 * 1024, "{}", size_of::<crate::Monitor>());
 }
+
+#[test]
+fn a_producer_that_runs_slow_is_a_clock_error() {
+    // DEC-26
+    let mut bench = settled();
+    bench.stretch = 1.03;
+    let report = bench.until(1_100);
+    assert_eq!((codes(&report).as_slice(), report.stop), ([(3607, 71, 2, 0)].as_slice(), Stop::Sto));
+    let mut bench = settled();
+    bench.stretch = 1.01;
+    assert!(bench.until(2_200).driving);
+}
+
+#[test]
+fn an_acknowledge_edge_is_refused_while_the_cause_stands() {
+    // DEC-15
+    let mut bench = settled();
+    bench.encoder_alive = false;
+    assert_eq!(bench.until(25).stop, Stop::Sto);
+    bench.word |= ACK;
+    assert!(bench.until(26).status.bit(7));
+    bench.word &= !ACK;
+    bench.encoder_alive = true;
+    assert!(bench.until(27).status.bit(7));
+    bench.word |= ACK;
+    let report = bench.until(28);
+    assert_eq!((report.status.bit(7), report.driving), (false, true));
+}

@@ -59,6 +59,8 @@ pub struct Bench {
     pub partner_alive: bool,
     pub agreement_alive: bool,
     pub encoder_alive: bool,
+    /// The producer's own cycle in ours.
+    pub stretch: f64,
     pub command_alive: bool,
     pub agreement: Agreement,
     pub readback: Readback,
@@ -90,6 +92,7 @@ impl Bench {
             partner_alive: true,
             agreement_alive: true,
             encoder_alive: true,
+            stretch: 1.0,
             command_alive: true,
             agreement: Agreement { permit: true, path_test: PathTest::None, ..Agreement::default() },
             readback: Readback::default(),
@@ -111,7 +114,7 @@ impl Bench {
 
     fn inputs(&mut self) -> Inputs {
         if self.encoder_alive {
-            self.encoder_sequence = self.k + 1;
+            self.encoder_sequence = (self.k as f64 / self.stretch) as u64 + 1;
         }
         let encoder =
             Encoder { torque_ppm: self.torque_ppm, period_ns: MILLISECOND as u32, ..Encoder::default() };
@@ -152,7 +155,10 @@ impl Bench {
             }
         }
         Inputs {
-            encoder: Ok(cell(self.encoder_sequence.max(1), encoder)),
+            encoder: Ok(Sampled {
+                timestamp_ns: self.stamp(),
+                ..cell(self.encoder_sequence.max(1), encoder)
+            }),
             motion: Some(Motion {
                 position: self.position,
                 speed_mrpm: (self.rpm * 1_000.0).round() as i32,
@@ -167,6 +173,11 @@ impl Bench {
             overruns: 0,
             image_sound: true,
         }
+    }
+
+    /// When the newest sample was taken.
+    fn stamp(&self) -> u64 {
+        ((self.encoder_sequence.max(1) - 1) as f64 * self.stretch * MILLISECOND as f64) as u64
     }
 
     /// One cycle.
