@@ -24,6 +24,9 @@ pub trait Master {
     fn process_data_of(&self, answer: &[u8]) -> Option<Vec<u8>>;
     /// How often numbering was started over without anything new that ties frames to it.
     fn restarts(&self) -> u64;
+    /// Whether the device's answer to the last such restart is still awaited: what the bus
+    /// carries from it is from before.
+    fn restarting(&self) -> bool;
     /// The connection's watchdog in ms.
     fn watchdog_ms(&self) -> u64;
 }
@@ -56,6 +59,9 @@ impl Master for fsoe::Master {
     /// New session ids enter the chain.
     fn restarts(&self) -> u64 {
         0
+    }
+    fn restarting(&self) -> bool {
+        false
     }
     fn watchdog_ms(&self) -> u64 {
         self.config().watchdog_ms.into()
@@ -95,6 +101,9 @@ impl Master for profisafe::Host {
     }
     fn restarts(&self) -> u64 {
         self.restarts()
+    }
+    fn restarting(&self) -> bool {
+        self.number() == 0
     }
     fn watchdog_ms(&self) -> u64 {
         100
@@ -212,7 +221,7 @@ impl<M: Master> Bench<M> {
     /// the number that is now due, is right in every bit (7.5). That no bus keeps one so
     /// long is an assumption of use.
     fn forget_what_no_device_can_tell(&mut self) {
-        if self.restarts != self.master.restarts() {
+        if self.restarts != self.master.restarts() || self.master.restarting() {
             self.restarts = self.master.restarts();
             self.to_device.forget();
             self.to_master.forget();
