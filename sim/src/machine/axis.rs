@@ -172,6 +172,8 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
             now_ns,
             faults: stimulus.faults,
             raw: self.options.raw_encoder,
+            // A settled estimator knows the speed that has stood for ever; one sample cannot tell.
+            seed: (self.cycle == 0) & (self.options.start == Start::Settled),
             period_ns: self.options.cycle_ns as u32,
             torque_ppm: stimulus.torque_ppm,
             pole_pairs: self.pole_pairs,
@@ -258,6 +260,7 @@ struct EncoderSample {
     now_ns: u64,
     faults: Faults,
     raw: bool,
+    seed: bool,
     period_ns: u32,
     torque_ppm: i32,
     pole_pairs: i64,
@@ -308,7 +311,7 @@ impl<T: Channel> Side<T> {
             self.inputs.encoder = Err(CellFault::CheckSum);
             return;
         }
-        self.inputs.motion = if sample.raw { None } else { Some(*motion) };
+        self.inputs.motion = if sample.raw & !sample.seed { None } else { Some(*motion) };
     }
 
     fn slots(&mut self, raw: bool, fine: i64, freeze: bool) -> [Slot; 2] {
@@ -335,24 +338,25 @@ impl<T: Channel> Side<T> {
         self.inputs.readback = readback;
         let (sequence, timestamp_ns) = (sample.sequence, sample.now_ns);
         let crc32 = stand_in(sequence);
-        let io = match &self.inputs.io {
-            Ok(before) => {
-                let mut io = before.payload;
-                stimulus.lines.sample(&mut io, sample.period_ns.into());
-                io
+        // In place: the cells are large, and a cycle of virtual time is short.
+        match &mut self.inputs.io {
+            Ok(cell) => {
+                stimulus.lines.sample(&mut cell.payload, sample.period_ns.into());
+                (cell.sequence, cell.timestamp_ns, cell.crc32) = (sequence, timestamp_ns, crc32);
             }
-            Err(_) => stimulus.lines.settled(),
-        };
-        self.inputs.io = Ok(Sampled { sequence, timestamp_ns, crc32, payload: io });
-        let command = Command {
-            source: CommandSource::Plain,
-            clear_error: stimulus.clear_error,
-            drive_n0: stimulus.drive_n0,
-            drive_enabled: stimulus.drive_enabled,
-            word: stimulus.word,
-            ..Command::default()
-        };
-        self.inputs.command = Ok(Sampled { sequence, timestamp_ns, crc32, payload: command });
+            Err(_) => {
+                let payload = stimulus.lines.settled();
+                self.inputs.io = Ok(Sampled { sequence, timestamp_ns, crc32, payload });
+            }
+        }
+        if self.inputs.command.is_err() {
+            let payload = Command::default();
+            self.inputs.command = Ok(Sampled { sequence, timestamp_ns, crc32, payload });
+        }
+        if let Ok(cell) = &mut self.inputs.command {
+            (cell.sequence, cell.timestamp_ns, cell.crc32) = (sequence, timestamp_ns, crc32);
+            fill(&mut cell.payload, stimulus);
+        }
     }
 
     fn step(&mut self, now_ns: u64, cycle: u64) {
@@ -380,6 +384,14 @@ impl<T: Channel> Side<T> {
             speed_mrpm: report.speed_mrpm,
         }
     }
+}
+
+fn fill(command: &mut Command, stimulus: &Stimulus) {
+    command.source = CommandSource::Plain;
+    command.clear_error = stimulus.clear_error;
+    command.drive_n0 = stimulus.drive_n0;
+    command.drive_enabled = stimulus.drive_enabled;
+    command.word = stimulus.word;
 }
 
 fn corrupted<T>(cell: Received<T>, corrupt: bool) -> Received<T> {
