@@ -21,10 +21,30 @@ fn set_of(scenario: &Scenario) -> params::AxisSet {
     set
 }
 
-fn machine(scenario: &Scenario) -> Box<dyn Subject> {
+fn cycles(scenario: &Scenario) -> Cycles {
     let set = set_of(scenario);
     let cores = Cores::of(&set, 1, Start::Settled);
-    Box::new(Cycles(Axis::new(cores, &Wiring::of(&set), Options::default())))
+    Cycles(Axis::new(cores, &Wiring::of(&set), Options::default()))
+}
+
+fn machine(scenario: &Scenario) -> Box<dyn Subject> {
+    Box::new(cycles(scenario))
+}
+
+/// What crosscheck compares of both reports at the end (DEC-21), to tell who is wrong.
+fn compared_items(scenario: &Scenario) -> String {
+    let mut cycles = cycles(scenario);
+    for input in scenario.inputs() {
+        cycles.step(&input);
+    }
+    let items = cycles.0.reports().map(|report| {
+        let levels = (report.inputs, report.acknowledgements);
+        format!(
+            "requested {:x?}, inputs and acknowledges {levels:x?}, stop {:?}",
+            report.requested.0[0], report.stop
+        )
+    });
+    items.join("\n")
 }
 
 fn stimulus(input: &ModelInput) -> Stimulus {
@@ -78,13 +98,14 @@ fn report(profile: Profile, failure: &Failure) -> String {
     let _ = std::fs::write(&set, params::vendor::export(&set_of(&failure.scenario)));
     let parting = &failure.parting;
     format!(
-        "seed {} at {} ms: {} differs in {}\nmodel {:x?}\ncores {:x?}\n{}\n{}",
+        "seed {} at {} ms: {} differs in {}\nmodel {:x?}\ncores {:x?}\n{}\n{}\n{}",
         failure.seed,
         parting.at,
         parting.source,
         parting.what,
         parting.expected,
         parting.seen,
+        compared_items(&failure.scenario),
         trace.display(),
         failure.scenario.csv()
     )

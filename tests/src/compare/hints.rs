@@ -189,14 +189,10 @@ fn atv(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
         (36, 1),
         (39, random.between(1, 6) as i32),
         (40, deceleration),
-        (41, deceleration),
         (43, random.between(20, 60) as i32),
         (46, standstill),
-        (47, standstill),
         (48, threshold),
-        (49, threshold),
         (50, set_point),
-        (51, set_point),
         (54, random.pick(&[1, 100, 300])),
         (56, random.between(0, 3) as i32),
         (65, 1),
@@ -211,7 +207,7 @@ fn atv(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
     }
     let slope = |number: u32| (i64::from(set[&number]) * 6, i64::from(pole_pairs));
     let by_ss1 = Approach { delay: set[&34].into(), slope: slope(31), target: rpm(set[&33]) * 1000 };
-    let by_sls = Approach { delay: 0, slope: slope(41), target: rpm(set_point) * 1000 };
+    let by_sls = Approach { delay: 0, slope: slope(40), target: rpm(set_point) * 1000 };
     let high = |bit, approach| Request { bit, active_low: false, approach };
     hints.requests = vec![
         Request { bit: atv340::control::STO, active_low: true, approach: None },

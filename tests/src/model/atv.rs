@@ -236,7 +236,8 @@ impl Atv {
                 self.sls = Sls::Limits;
             } else {
                 let elapsed = self.now - started;
-                let line = (latched + self.frequency(43)) * 1000 - self.frequency(41) * elapsed;
+                // SC41 is forced equal to SC40, as SC47, SC49 and SC51 to their fellows (ATV-SLS-03).
+                let line = (latched + self.frequency(43)) * 1000 - self.frequency(40) * elapsed;
                 let ended = line <= self.frequency(48) * 1000;
                 if magnitude * 1000 > line || ended {
                     self.violate_sls(sme::SLS_RAMP);
@@ -331,7 +332,8 @@ impl Channel for Atv {
         if !was_in_sto && !ended {
             match (&self.sls, sls) {
                 (_, false) => self.sls = Sls::Off,
-                (Sls::Off, true) if self.state() == StopState::None => self.activate_sls(magnitude),
+                // DEC-14: a monitor requested while SS1 brakes monitors at once.
+                (Sls::Off, true) => self.activate_sls(magnitude),
                 _ => {}
             }
             self.supervise_sls(magnitude);
