@@ -324,7 +324,7 @@ impl Monitor {
             overruns: cells.overruns,
             status: self.status(cells, requested),
             requested: self.shown_requests(requested),
-            inputs: cells.levels,
+            inputs: self.plan.logic.shown_inputs(cells.levels),
             acknowledgements: cells.acknowledge,
             position: cells.motion.position,
             speed_mrpm: self.senses.motion.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,

@@ -5,7 +5,9 @@
 
 mod black_channel;
 mod demo;
+mod params;
 mod picture;
+mod replay;
 mod report;
 mod run;
 
@@ -23,6 +25,10 @@ enum Command {
     BlackChannel(black_channel::Args),
     /// A black-channel device behind a UDP socket.
     Gateway(black_channel::gateway::Args),
+    /// Parameter sets: new, check, show, diff, seal, verify, report.
+    Params(params::Args),
+    /// Drive the cores over a trace, in virtual time.
+    Replay(replay::Args),
     /// Start everything for one machine: simulated drive, both channels, crosscheck.
     Run(run::Args),
 }
@@ -32,6 +38,8 @@ fn main() -> ExitCode {
         Command::Demo(args) => demo::run(&args),
         Command::BlackChannel(args) => black_channel::run(&args),
         Command::Gateway(args) => black_channel::gateway::run(&args),
+        Command::Params(args) => params::run(&args),
+        Command::Replay(args) => replay::run(&args),
         Command::Run(args) => run::run(&args),
     }
 }

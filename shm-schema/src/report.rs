@@ -73,7 +73,8 @@ layout! {
         pub status: Word,
         /// Requested functions, 1 = requested, bit numbers of the profile's control word.
         pub requested: Word,
-        /// Debounced levels: bits 0 to 3 the pairs, 4 AIS, 5 AIE.
+        /// Debounced levels of what the profile evaluates, everything else 0: bits 0 to 3 the
+        /// pairs (AMK SE1 to SE3, Lenze SD-In that are not deactivated: on), 4 AIS, 5 AIE.
         pub inputs: u32,
         /// Acknowledge levels: bit 0 error, 1 restart, 2 non-safe clear.
         pub acknowledgements: u32,

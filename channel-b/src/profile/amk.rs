@@ -138,6 +138,9 @@ fn add_plain(plan: &mut Plan, prm: &dyn Fn(u32) -> i64, sms: Reaction, sli: Reac
     plan.bank.add(Spec { reaction: sli, ..row_of(SLI, control::SLI, status::SLI, increment) });
 }
 
+/// SE1 to SE3 in the levels of all pairs.
+pub const PAIRS_USED: u32 = 0b111;
+
 fn lines(image: &Image<'_>) -> [LineSetup; shm_schema::io::PAIRS] {
     let mut lines = [LineSetup::default(); shm_schema::io::PAIRS];
     let prm = |number: u32| parameter(image, number).max(0).unsigned_abs();

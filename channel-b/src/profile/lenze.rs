@@ -89,6 +89,9 @@ pub fn build(image: &Image<'_>) -> Plan {
     plan
 }
 
+/// AIS and AIE in the levels of all lines.
+pub const TERMINALS: u32 = 0b11_0000;
+
 fn bits() -> Bits {
     Bits {
         low: Word::from_u32(LOW),
@@ -336,6 +339,11 @@ pub struct Logic {
 }
 
 impl Logic {
+    /// Pairs that are on, bit n for SD-In n + 1; a deactivated one is not.
+    pub const fn levels_on(&self) -> u32 {
+        self.levels_on
+    }
+
     fn new(image: &Image<'_>, ss1: u8) -> Self {
         let code = |number: u32| parameter(image, number, 0);
         let pairs: [Pair; 4] = core::array::from_fn(|at| {

@@ -236,6 +236,15 @@ impl Logic {
         }
     }
 
+    /// Levels that leave in the report: only of what the profile evaluates.
+    pub const fn shown_inputs(&self, levels: u32) -> u32 {
+        match self {
+            Self::Amk(_) => levels & amk::PAIRS_USED,
+            Self::Lenze(logic) => logic.levels_on() | levels & lenze::TERMINALS,
+            Self::Etg(_) | Self::Atv(_) | Self::None => 0,
+        }
+    }
+
     /// What a violation is called.
     pub fn code(&self, spec: &Spec, breach: Breach, _phase: Phase, reaction: Reaction) -> ErrorCode {
         match self {

@@ -83,7 +83,7 @@ impl RunFolder {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let mut who = String::new();
-                let _ = file.by_ref().take(32).read_to_string(&mut who);
+                let _ = Read::by_ref(&mut file).take(32).read_to_string(&mut who);
                 return Err(RunFolderError::Running(self.0.clone(), who.trim().to_owned()));
             }
             Err(TryLockError::Error(error)) => return Err(failed(error)),
