@@ -231,7 +231,7 @@ fn fault(name: &str) -> Result<Faults, String> {
     ];
     let faults = Faults::named(name).filter(|faults| {
         let known = OWN.iter().any(|fault| faults.has(*fault));
-        known | (*faults == Faults::NONE)
+        known || (*faults == Faults::NONE)
     });
     let names: Vec<_> = OWN.iter().map(|fault| fault.name()).collect();
     faults.ok_or_else(|| format!("fault {name:?}, expected none, {}", names.join(", ")))

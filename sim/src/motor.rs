@@ -81,7 +81,7 @@ impl Motor {
     /// Moves on by `seconds`; `energised`: both paths permit torque.
     pub fn step(&mut self, seconds: f64, energised: bool, request: &DriveRequest) {
         // A drive that lost its torque waits for a new set point: nothing restarts singly.
-        if self.had_torque & !energised {
+        if self.had_torque && !energised {
             self.set_point_rpm = 0.0;
         }
         self.had_torque = energised;
@@ -89,7 +89,7 @@ impl Motor {
         self.torque = if energised { self.control(seconds, request) } else { self.coast() };
         let driven = before + self.torque * self.data.rated_rpm_s * seconds;
         self.speed_rpm = self.slowed(driven, seconds, energised | request.brake_open);
-        let turned = (before + self.speed_rpm) / 2.0 * seconds / 60.0;
+        let turned = f64::midpoint(before, self.speed_rpm) * seconds / 60.0;
         self.fine += turned * (INCREMENTS_PER_REVOLUTION * FINE) as f64;
     }
 

@@ -22,7 +22,7 @@ impl Seen {
     /// Time in ms of the first line of `source` behind cycle 0 with `field` as given.
     fn first(&self, source: &str, field: &str, value: bool) -> Option<f64> {
         let matches = |line: &&serde_json::Value| {
-            (line["source"] == source) & (line[field] == value) & (line["t_ms"] != 0.0)
+            (line["source"] == source) && (line[field] == value) && (line["t_ms"] != 0.0)
         };
         self.lines.iter().find(matches).and_then(|line| line["t_ms"].as_f64())
     }
@@ -52,7 +52,7 @@ fn a_settled_axis_shows_each_source_once_and_the_end() {
     let seen = replayed("t_ms,speed_rpm\n0,1500\n90,1500\n");
     let sources: Vec<_> = seen.lines.iter().map(|line| line["source"].as_str().unwrap_or("")).collect();
     assert_eq!(sources, ["a", "b", "crosscheck", "end"]);
-    assert!(seen.lines[..3].iter().all(|line| (line["torque"] == true) & (line["path"] == true)));
+    assert!(seen.lines[..3].iter().all(|line| (line["torque"] == true) && (line["path"] == true)));
     assert_eq!(seen.summary, Summary { cycles: 91, trips: 0 });
 }
 
@@ -126,7 +126,7 @@ fn raw_signals_give_the_same_within_the_stated_bounds() {
         text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
     for source in ["a", "b"] {
         let later = |line: &serde_json::Value| line["t_ms"].as_f64().unwrap_or(0.0) > 10.0;
-        let tripped = lines.iter().find(|l| (l["source"] == source) & (l["torque"] == false) & later(l));
+        let tripped = lines.iter().find(|l| (l["source"] == source) && (l["torque"] == false) & later(l));
         let at = tripped.and_then(|line| line["t_ms"].as_f64()).unwrap_or(f64::NAN);
         assert!((49.0..=53.0).contains(&at), "{source} at {at} ms");
     }

@@ -173,7 +173,7 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
             faults: stimulus.faults,
             raw: self.options.raw_encoder,
             // A settled estimator knows the speed that has stood for ever; one sample cannot tell.
-            seed: (self.cycle == 0) & (self.options.start == Start::Settled),
+            seed: (self.cycle == 0) && (self.options.start == Start::Settled),
             period_ns: self.options.cycle_ns as u32,
             torque_ppm: stimulus.torque_ppm,
             pole_pairs: self.pole_pairs,
@@ -311,7 +311,7 @@ impl<T: Channel> Side<T> {
             self.inputs.encoder = Err(CellFault::CheckSum);
             return;
         }
-        self.inputs.motion = if sample.raw & !sample.seed { None } else { Some(*motion) };
+        self.inputs.motion = if sample.raw && !sample.seed { None } else { Some(*motion) };
     }
 
     fn slots(&mut self, raw: bool, fine: i64, freeze: bool) -> [Slot; 2] {
@@ -339,15 +339,12 @@ impl<T: Channel> Side<T> {
         let (sequence, timestamp_ns) = (sample.sequence, sample.now_ns);
         let crc32 = stand_in(sequence);
         // In place: the cells are large, and a cycle of virtual time is short.
-        match &mut self.inputs.io {
-            Ok(cell) => {
-                stimulus.lines.sample(&mut cell.payload, sample.period_ns.into());
-                (cell.sequence, cell.timestamp_ns, cell.crc32) = (sequence, timestamp_ns, crc32);
-            }
-            Err(_) => {
-                let payload = stimulus.lines.settled();
-                self.inputs.io = Ok(Sampled { sequence, timestamp_ns, crc32, payload });
-            }
+        if let Ok(cell) = &mut self.inputs.io {
+            stimulus.lines.sample(&mut cell.payload, sample.period_ns.into());
+            (cell.sequence, cell.timestamp_ns, cell.crc32) = (sequence, timestamp_ns, crc32);
+        } else {
+            let payload = stimulus.lines.settled();
+            self.inputs.io = Ok(Sampled { sequence, timestamp_ns, crc32, payload });
         }
         if self.inputs.command.is_err() {
             let payload = Command::default();

@@ -35,7 +35,7 @@ impl Lines {
         let shift = samples.min(63) as u32;
         io.samples = io.samples.wrapping_add(samples);
         self.each(io, |pattern, level| {
-            *pattern = *pattern << shift | pattern_of(level) & !(u64::MAX << shift)
+            *pattern = *pattern << shift | pattern_of(level) & !(u64::MAX << shift);
         });
     }
 

@@ -104,7 +104,7 @@ fn a_stuck_path_stays_on_and_its_readback_says_so() {
     stop.word = stop.word.with(0, false);
     assert_eq!(paths(&mut axis, &stop, 2)[1], (false, true, false));
     let seen = axis.a.core.seen.and_then(|inputs| inputs.readback.ok()).expect("published");
-    assert!(seen.payload.path_b & !seen.payload.path_a);
+    assert!(seen.payload.path_b && !seen.payload.path_a);
 }
 
 #[test]
@@ -127,7 +127,7 @@ fn the_agreement_acts_one_cycle_later() {
     assert!(axis.a.core.seen.is_some_and(|inputs| inputs.agreement.is_err()));
     paths(&mut axis, &stimulus(None), 1);
     let seen = axis.b.core.seen.and_then(|inputs| inputs.agreement.ok()).expect("one cycle old");
-    assert!(seen.payload.permit & (seen.sequence == 1));
+    assert!(seen.payload.permit && (seen.sequence == 1));
     paths(&mut axis, &stimulus(Some(Fault::FreezeCrosscheck)), 3);
     let seen = axis.b.core.seen.and_then(|inputs| inputs.agreement.ok()).expect("the frozen one");
     assert_eq!(seen.sequence, 2);

@@ -84,6 +84,6 @@ impl View {
     /// Whether a line of output is due: position and speed alone are no change.
     pub fn differs(&self, before: &Self) -> bool {
         let now = (self.status, self.torque, self.path);
-        (now != (before.status, before.torque, before.path)) | (self.errors != before.errors)
+        (now != (before.status, before.torque, before.path)) || (self.errors != before.errors)
     }
 }

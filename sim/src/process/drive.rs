@@ -23,7 +23,7 @@ const STANDSTILL_MRPM: i32 = 5_000;
 /// All drives of a machine.
 #[derive(Debug)]
 pub struct Drives {
-    drives: Vec<Drive>,
+    axes: Vec<Drive>,
     cycle_ns: u64,
     elapsed_ns: u64,
 }
@@ -57,17 +57,17 @@ struct Cells {
 impl Drives {
     /// One drive for each parameter set, at rest.
     pub fn new(domain: &Domain, sets: &[AxisSet], cycle_ns: u64) -> Result<Self, DomainError> {
-        let axes: Vec<u8> = sets.iter().map(|set| set.number).collect();
-        let cells = cells(domain, &axes)?;
-        let drives = sets.iter().zip(cells).map(|(set, cells)| Drive::new(set, cells)).collect();
-        Ok(Self { drives, cycle_ns, elapsed_ns: 0 })
+        let numbers: Vec<u8> = sets.iter().map(|set| set.number).collect();
+        let cells = cells(domain, &numbers)?;
+        let axes = sets.iter().zip(cells).map(|(set, cells)| Drive::new(set, cells)).collect();
+        Ok(Self { axes, cycle_ns, elapsed_ns: 0 })
     }
 
     /// Hands an instruction to its axis.
     pub fn take(&mut self, instruction: &Instruction) {
         let axis = instruction.axis.unwrap_or(1);
         let now_ms = self.elapsed_ns / 1_000_000;
-        let Some(drive) = self.drives.iter_mut().find(|drive| drive.number == axis) else {
+        let Some(drive) = self.axes.iter_mut().find(|drive| drive.number == axis) else {
             tracing::warn!("instruction for axis {axis}, expected an axis of this machine");
             return;
         };
@@ -80,7 +80,7 @@ impl Drives {
     pub fn step(&mut self, cycles: u64, now_ns: u64) {
         self.elapsed_ns += cycles * self.cycle_ns;
         let passed_ns = cycles * self.cycle_ns;
-        for drive in &mut self.drives {
+        for drive in &mut self.axes {
             drive.step(passed_ns, self.elapsed_ns / 1_000_000, now_ns);
         }
     }

@@ -97,7 +97,7 @@ where
     T: FromStr + PartialOrd + Display,
 {
     match value.parse::<T>() {
-        Ok(number) if (number >= least) & (number <= most) => Ok(number),
+        Ok(number) if (number >= least) && (number <= most) => Ok(number),
         _ => Err(format!("{name} {value:?}: expected a number from {least} to {most}")),
     }
 }

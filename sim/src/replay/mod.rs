@@ -101,8 +101,8 @@ impl<'a> Lane<'a> {
             if seen.is_some_and(|before| !view.differs(&before)) {
                 continue;
             }
-            let torque_fell = seen.is_some_and(|before| before.torque & !view.torque);
-            fell |= torque_fell & (source == Source::Crosscheck);
+            let torque_fell = seen.is_some_and(|before| before.torque && !view.torque);
+            fell |= torque_fell && (source == Source::Crosscheck);
             *seen = Some(*view);
             write(&Line { at_ns, axis: self.number, source, words: &self.words, view })?;
         }

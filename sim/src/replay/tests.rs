@@ -19,7 +19,9 @@ fn json(profile: Profile, at_ns: i64, view: &View) -> String {
 
 fn codes(all: &[ErrorCode]) -> Codes {
     let mut list = ErrorList::default();
-    all.iter().for_each(|code| list.insert(*code));
+    for code in all {
+        list.insert(*code);
+    }
     Codes::union(&[&list, &list])
 }
 

@@ -55,15 +55,15 @@ impl Judge {
         self.injected |= faults != Faults::NONE;
         let [a, b, combined] = moment.views;
         let stuck = faults.has(Fault::StuckPathA) | faults.has(Fault::StuckPathB);
-        let a_free = a.path & !a.torque;
-        let b_free = b.path & !b.torque;
+        let a_free = a.path && !a.torque;
+        let b_free = b.path && !b.torque;
         let differ =
             combined.errors.as_slice().iter().any(|code| (code.code, code.info1) == CROSS_COMMUNICATION);
         let rules = [
-            (combined.torque & !(a.torque & b.torque), Broken::TorqueAlone),
-            ((a_free | b_free) & !stuck, Broken::PathWithoutPermission),
+            (combined.torque && !(a.torque && b.torque), Broken::TorqueAlone),
+            ((a_free | b_free) && !stuck, Broken::PathWithoutPermission),
             ((self.stopping >= 3) & a.path & b.path, Broken::TorqueWithFault),
-            (differ & !self.injected, Broken::ChannelsDiffer),
+            (differ && !self.injected, Broken::ChannelsDiffer),
         ];
         rules.into_iter().find(|(broken, _)| *broken).map(|(_, rule)| rule)
     }

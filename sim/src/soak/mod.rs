@@ -42,7 +42,7 @@ pub fn live(set: &AxisSet, plan: &Plan) -> Outcome {
         let torque = moment.views[2].torque;
         outcome.cycles += 1;
         outcome.energised += u64::from(torque);
-        outcome.trips += u64::from(had_torque & !torque);
+        outcome.trips += u64::from(had_torque && !torque);
         had_torque = torque;
         if let Some(broken) = judge.look(&moment) {
             outcome.broken = Some((cycle, broken));

@@ -26,7 +26,7 @@ impl Decimal {
         let (whole, fraction) = unsigned.split_once('.').unwrap_or((unsigned, ""));
         let all_digits = |part: &str| part.bytes().all(|octet| octet.is_ascii_digit());
         let empty = whole.is_empty() & fraction.is_empty();
-        let sound = all_digits(whole) & all_digits(fraction) & !empty;
+        let sound = all_digits(whole) && all_digits(fraction) && !empty;
         let bounded = (whole.len() <= 15) & (fraction.len() <= 22) & (exponent.abs() <= 15);
         if !(sound & bounded) {
             return None;
@@ -41,7 +41,7 @@ impl Decimal {
             mantissa = mantissa.checked_mul(10)?;
             digits += 1;
         }
-        while (digits > 0) & (mantissa % 10 == 0) {
+        while (digits > 0) && (mantissa % 10 == 0) {
             mantissa /= 10;
             digits -= 1;
         }
@@ -72,6 +72,6 @@ pub fn round_offset_quotient(offset: i128, numerator: i128, denominator: i128) -
     let floor = offset + numerator.div_euclid(denominator);
     let rest = numerator.rem_euclid(denominator);
     let other = denominator - rest;
-    let up = (rest > other) | ((rest == other) & (floor >= 0));
+    let up = (rest > other) || (rest == other) && (floor >= 0);
     floor + i128::from(up)
 }

@@ -93,6 +93,7 @@ pub struct AxisTrace {
 
 /// The values of all step columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(clippy::struct_excessive_bools, reason = "the columns of the contract")]
 pub struct Step {
     /// `command`; `None`: the profile's neutral word.
     pub command: Option<Word>,

@@ -146,7 +146,7 @@ impl Row {
         let mut row = Self { line, at_ns: 0, axis: 1, analog: Vec::new(), step: Vec::new() };
         for (column, cell) in header.iter().zip(cells) {
             let empty = cell.is_empty();
-            if empty & (*column != Column::Time) {
+            if empty && (*column != Column::Time) {
                 continue;
             }
             row.set(*column, cell)?;

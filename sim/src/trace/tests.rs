@@ -29,10 +29,9 @@ fn speed_lies_on_the_line_and_position_is_its_exact_integral() {
 
 #[test]
 fn integration_over_many_odd_pieces_loses_nothing() {
-    let mut text = String::from("t_ms,speed_rpm\n");
-    for row in 0..=3_000 {
-        text += &format!("{}.37,{}\n", row * 7, if row % 2 == 0 { "1000.1" } else { "-999.9" });
-    }
+    let speed = |row: u32| if row % 2 == 0 { "1000.1" } else { "-999.9" };
+    let rows: Vec<_> = (0..=3_000).map(|row| format!("{}.37,{}", row * 7, speed(row))).collect();
+    let text = format!("t_ms,speed_rpm\n{}\n", rows.join("\n"));
     let trace = trace(&text);
     let seen = at(&trace, 1, &[21_000]);
     // Mean of 0.1 rpm over each piece; before 0.37 ms 1000.1 rpm, and in the last, cut
@@ -40,7 +39,7 @@ fn integration_over_many_odd_pieces_loses_nothing() {
     let per_ms = 65_536.0 / 60_000.0;
     let from = -999.9;
     let to = from + 2_000.0 * 6.63 / 7.0;
-    let expected = per_ms * (1_000.1 * 0.37 + 2_999.0 * 7.0 * 0.1 + (from + to) / 2.0 * 6.63);
+    let expected = per_ms * (1_000.1 * 0.37 + 2_999.0 * 7.0 * 0.1 + f64::midpoint(from, to) * 6.63);
     assert!(
         (seen[0].motion_a.position as f64 - expected).abs() < 0.51,
         "{} {expected}",
