@@ -11,7 +11,7 @@ enumeration! {
         None = 0,
         /// Resolver: sine and cosine once per pole pair, no count; `count` is 0.
         Resolver = 1,
-        /// Sine encoder: sine, cosine and the count of whole periods.
+        /// Sine encoder: sine, cosine and the count of quarter periods.
         SineCosine = 2,
         /// Digital absolute position in `digital`.
         Digital = 3,
@@ -33,8 +33,10 @@ layout! {
         pub sine: i16,
         /// Cosine, nominal amplitude [`NOMINAL_AMPLITUDE`].
         pub cosine: i16,
-        /// Whole periods since power-up, signed, counted at the rising zero crossing of
-        /// the sine (angle 0 of the period); wraps. Counter: four per period.
+        /// Quarter periods since power-up, signed; wraps. Counted by comparators of their own, so
+        /// near a boundary the count may be one quadrant ahead of or behind sine and cosine;
+        /// further apart is a fault (3606/5/3, 3606/6/3). Quadrant 0 is angle 0 to 90 degrees,
+        /// with angle 0 at the rising zero crossing of the sine; count 0 was taken in quadrant 0.
         pub count: i32,
         /// Digital position in increments of 1/65,536 revolution, multi-turn, signed.
         pub digital: i64,
