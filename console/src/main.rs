@@ -5,6 +5,7 @@
 
 mod black_channel;
 mod demo;
+mod explain;
 mod params;
 mod picture;
 mod replay;
@@ -23,6 +24,8 @@ enum Command {
     Demo(demo::Args),
     /// Look at the black channel without a machine.
     BlackChannel(black_channel::Args),
+    /// Explain a diagnosis code.
+    Explain(explain::Args),
     /// A black-channel device behind a UDP socket.
     Gateway(black_channel::gateway::Args),
     /// Parameter sets: new, check, show, diff, seal, verify, report.
@@ -37,6 +40,7 @@ fn main() -> ExitCode {
     match Command::parse() {
         Command::Demo(args) => demo::run(&args),
         Command::BlackChannel(args) => black_channel::run(&args),
+        Command::Explain(args) => explain::run(&args),
         Command::Gateway(args) => black_channel::gateway::run(&args),
         Command::Params(args) => params::run(&args),
         Command::Replay(args) => replay::run(&args),

@@ -14,7 +14,7 @@ use shm_schema::facts::amk_kw::status;
 
 use crate::picture::{self, Chart, Curve, Lane};
 use crate::report::{bad_input, fell_short};
-use crate::run::{Plan, Role, RunFolder, Set, SetArgs};
+use crate::run::{Plan, Role, RunFolder, Set, SetArgs, images_of};
 use envelope::{Restriction, envelope, value};
 use master::Master;
 use recorder::{Frame, Recorder, Recording, Watch};
@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> ExitCode {
         Err(findings) => return bad_input(&findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
     };
     let folder = RunFolder::new(args.run_dir.clone());
-    let plan = match args.set.plan(&machine, &folder) {
+    let plan = match args.set.plan(images_of(&machine), &folder) {
         Ok(plan) => Plan { plain_command: true, ..plan },
         Err(line) => return bad_input(&line),
     };
@@ -86,6 +86,9 @@ fn seconds(time_ns: u64, origin: u64) -> f64 {
     (time_ns as f64 - origin as f64) / 1e9
 }
 
+/// A condition of one observed instant.
+type Seen = fn(&Frame) -> bool;
+
 /// A measured reaction, ms.
 #[derive(Debug, serde::Serialize)]
 struct Reaction {
@@ -104,11 +107,11 @@ fn reactions(events: &[Event], recording: &Recording) -> Vec<Reaction> {
         }
     }
     if let Some(killed) = events.iter().find(|event| event.what == What::Kill) {
-        let off = |path: fn(&Frame) -> bool| {
+        let off = |path: Seen| {
             let after = frames.iter().filter(|frame| frame.time_ns >= killed.time_ns);
             after.into_iter().find(|frame| !path(frame)).map(|frame| (frame.readback.0 as f64 - killed.time_ns as f64) / 1e6)
         };
-        let paths: [(&'static str, fn(&Frame) -> bool); 2] = [
+        let paths: [(&'static str, Seen); 2] = [
             ("channel B killed → path A off", |frame| frame.readback.1.path_a),
             ("channel B killed → path B off (dead-man)", |frame| frame.readback.1.path_b),
         ];
@@ -203,7 +206,7 @@ fn state_lanes(frames: &[Frame], at: &dyn Fn(u64) -> f64) -> Vec<Lane> {
     let red = RGBColor(192, 57, 43);
     let grey = RGBColor(120, 130, 140);
     let amber = RGBColor(241, 196, 15);
-    let rows: [(&'static str, RGBColor, fn(&Frame) -> bool); 8] = [
+    let rows: [(&'static str, RGBColor, Seen); 8] = [
         ("SLS1 requested", grey, |frame| frame.a.requested.bit(shm_schema::facts::amk_kw::control::SLS1)),
         ("SLS1 active", amber, |frame| frame.agreement.status.bit(status::SLS1)),
         ("SS1 active", amber, |frame| frame.agreement.status.bit(status::SS1_ACTIVE)),

@@ -10,6 +10,7 @@ use std::{
     time::Duration,
 };
 
+use shm_schema::error::{ErrorCode, ErrorList};
 use shm_schema::{agreement::Agreement, cell::Kind, encoder::Encoder, inhibit::Readback, report::Report};
 use sim::shm::{CellReader, Domain, DomainError};
 
@@ -135,7 +136,41 @@ impl Readers {
     }
 }
 
+/// Standing codes as a person reads them.
+pub fn codes(errors: &ErrorList) -> String {
+    let code = |error: &ErrorCode| format!("{}/{}/{}/{}", error.code, error.info1, error.info2, error.info3);
+    errors.iter().map(code).collect::<Vec<_>>().join(", ")
+}
+
 impl Frame {
+    /// What each side says, a line each.
+    pub fn in_words(&self) -> String {
+        let side = |name: &str, report: &Report| {
+            format!(
+                "  {name}: exchange {}, {:?}, stop {:?}, ready {}, driving {}, status {:08X}, requested {:08X}, {:.1} rpm, errors [{}]",
+                report.exchange,
+                report.phase,
+                report.stop,
+                report.ready,
+                report.driving,
+                report.status.0[0],
+                report.requested.0[0],
+                f64::from(report.speed_mrpm) / 1_000.0,
+                codes(&report.errors)
+            )
+        };
+        format!(
+            "{}\n{}\n  crosscheck: exchange {}, permit {}, errors [{}]; paths {} {}",
+            side("channel A", &self.a),
+            side("channel B", &self.b),
+            self.agreement.exchange,
+            self.agreement.permit,
+            codes(&self.agreement.errors),
+            self.readback.1.path_a,
+            self.readback.1.path_b
+        )
+    }
+
     fn differs(&self, other: &Self) -> bool {
         let reports = (self.a.exchange, self.b.exchange) != (other.a.exchange, other.b.exchange);
         let paths = self.readback.1 != other.readback.1;

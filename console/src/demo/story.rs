@@ -9,7 +9,7 @@ use shm_schema::facts::amk_kw::{control, status};
 use shm_schema::report::Phase;
 
 use super::master::Master;
-use super::recorder::{Frame, Watch, now_ns};
+use super::recorder::{Frame, Watch, codes, now_ns};
 
 /// Longest wait for any single condition.
 const DEADLINE: Duration = Duration::from_secs(6);
@@ -75,14 +75,14 @@ impl<'a> Story<'a> {
         self.master.set_point(1_500)?;
         self.until("1,490 rpm", |f| f.a.speed_mrpm > 1_490_000)?;
         self.event(What::Told, "running at 1,500 rpm");
-        self.pause(400);
+        pause(400);
 
         self.master.request(control::SLS1)?;
         self.event(What::Request, "SLS1 requested (500 rpm); the controller brakes along its ramp");
         self.master.set_point(450)?;
         self.until("SLS1 active", |f| f.agreement.status.bit(status::SLS1))?;
         self.event(What::Told, "SLS1 active: monitored at 500 rpm");
-        self.pause(700);
+        pause(700);
 
         self.master.set_point(800)?;
         self.event(What::Told, "the controller asks for 800 rpm, more than SLS1 allows");
@@ -91,7 +91,7 @@ impl<'a> Story<'a> {
         self.until("STO at the end of SS1", |f| !torque(f) & f.agreement.status.bit(status::STO))?;
         self.event(What::TorqueOff, "SS1 has brought the axis to rest: torque off (STO)");
         self.master.set_point(0)?;
-        self.pause(300);
+        pause(300);
         self.run_again()
     }
 
@@ -104,7 +104,7 @@ impl<'a> Story<'a> {
         self.master.set_point(1_200)?;
         self.until("1,190 rpm", |f| f.a.speed_mrpm > 1_190_000)?;
         self.event(What::Told, "running at 1,200 rpm");
-        self.pause(400);
+        pause(400);
         Ok(())
     }
 
@@ -116,15 +116,12 @@ impl<'a> Story<'a> {
         self.event(What::Kill, "channel B is killed (SIGKILL)");
         self.until("both paths off", |f| !f.readback.1.path_a & !f.readback.1.path_b)?;
         self.event(What::TorqueOff, "both paths off: the axis coasts without torque");
-        self.pause(600);
+        pause(600);
         Ok(())
     }
 
     fn violation(&mut self) {
-        let codes = self.watch.now().map(|f| {
-            f.a.errors.iter().map(|e| format!("{}/{}/{}/{}", e.code, e.info1, e.info2, e.info3)).collect::<Vec<_>>()
-        });
-        let codes = codes.unwrap_or_default().join(", ");
+        let codes = self.watch.now().map_or(String::new(), |frame| codes(&frame.a.errors));
         self.event(What::Violation, &format!("limit exceeded ({codes}): SS1 starts by itself"));
     }
 
@@ -142,14 +139,14 @@ impl<'a> Story<'a> {
             }
             thread::sleep(POLL);
         }
-        let seen = self.watch.now().map(|f| (f.a.phase, f.b.phase, f.a.errors, f.agreement.errors));
-        Err(format!("{what} did not come within {} s; last seen: {seen:?}", DEADLINE.as_secs()))
+        let seen = self.watch.now().map_or("no cell written yet".to_owned(), |frame| frame.in_words());
+        Err(format!("{what} did not come within {} s; last seen:\n{seen}", DEADLINE.as_secs()))
     }
+}
 
-    /// Lets the picture show a steady phase; nothing depends on the length.
-    fn pause(&self, milliseconds: u64) {
-        thread::sleep(Duration::from_millis(milliseconds));
-    }
+/// Lets the picture show a steady phase; nothing depends on the length.
+fn pause(milliseconds: u64) {
+    thread::sleep(Duration::from_millis(milliseconds));
 }
 
 fn torque(frame: &Frame) -> bool {

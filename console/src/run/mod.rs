@@ -24,6 +24,10 @@ pub struct Args {
     /// Parameter set of the machine (TOML).
     #[arg(long, default_value = "machine.toml")]
     params: PathBuf,
+    /// Folder of a sealed set (`safepair params seal`), instead of a file: its images are used
+    /// as they were sealed. A set that was loaded but never validated is erased by this start.
+    #[arg(long, conflicts_with = "params")]
+    sealed: Option<PathBuf>,
     /// Run folder: lock, images, shared memory. Default: /run/safepair for root.
     #[arg(long)]
     run_dir: Option<PathBuf>,
@@ -69,11 +73,11 @@ pub struct SetArgs {
 }
 
 impl SetArgs {
-    /// The plan of a set that runs `machine`.
+    /// The plan of a set that runs with `images`.
     ///
     /// # Errors
     /// One line that says what contradicts what.
-    pub fn plan(&self, machine: &params::Machine, folder: &RunFolder) -> Result<Plan, String> {
+    pub fn plan(&self, images: Vec<Images>, folder: &RunFolder) -> Result<Plan, String> {
         let gpio = [&self.inhibit_a, &self.inhibit_b].iter().any(|path| path.as_str() != "sim");
         let unprotected = gpio && self.plain_command;
         if unprotected {
@@ -85,8 +89,8 @@ impl SetArgs {
         }
         Ok(Plan {
             folder: folder.clone(),
-            axes: machine.axes.iter().map(|axis| axis.number).collect(),
-            images: machine.axes.iter().map(|axis| (axis.number, axis.image_a(true), axis.image_b(true))).collect(),
+            axes: images.iter().map(|(axis, _, _)| *axis).collect(),
+            images,
             cycle_us: self.cycle_us,
             cpus: self.cpus.iter().map(|cpu| cpu.parse().ok()).collect(),
             priority: self.priority,
@@ -111,6 +115,32 @@ pub fn read_machine(path: &Path) -> Result<params::Machine, String> {
     })
 }
 
+/// Safety images of one axis: number, encoding A, encoding B.
+pub type Images = (u8, Vec<u8>, Vec<u8>);
+
+/// The images of a file that was only read: good for simulation and tests.
+pub fn images_of(machine: &params::Machine) -> Vec<Images> {
+    machine.axes.iter().map(|axis| (axis.number, axis.image_a(true), axis.image_b(true))).collect()
+}
+
+/// The images of a sealed set.
+///
+/// # Errors
+/// One line: there is no validated set, or an image is missing.
+fn sealed_images(folder: &Path) -> Result<Vec<Images>, String> {
+    let at = |error: &dyn std::fmt::Display| format!("{}: {error}", folder.display());
+    let erased = params::seal::restart(folder).map_err(|error| at(&error))?;
+    if erased {
+        return Err(at(&"expected a sealed set; none is there, or it was loaded without validation and is erased now"));
+    }
+    let current = folder.join("current");
+    let image = |axis: u8, channel: &str| std::fs::read(current.join(format!("axis-{axis:02}.{channel}.img")));
+    let present = (1..=shm_schema::AXES_MAX as u8).filter(|axis| image(*axis, "a").is_ok());
+    let read = |axis: u8| Ok((axis, image(axis, "a")?, image(axis, "b")?));
+    let images = present.map(read).collect::<std::io::Result<Vec<_>>>().map_err(|error| at(&error))?;
+    if images.is_empty() { Err(at(&"expected current/axis-NN.a.img of a sealed set")) } else { Ok(images) }
+}
+
 /// Sets a flag on SIGINT and SIGTERM.
 pub fn stop_flag() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
@@ -123,12 +153,16 @@ pub fn stop_flag() -> Arc<AtomicBool> {
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    let machine = match read_machine(&args.params) {
-        Ok(machine) => machine,
+    let images = match &args.sealed {
+        Some(folder) => sealed_images(folder),
+        None => read_machine(&args.params).map(|machine| images_of(&machine)),
+    };
+    let images = match images {
+        Ok(images) => images,
         Err(line) => return bad_input(&line),
     };
     let folder = RunFolder::new(args.run_dir.clone());
-    let plan = match args.set.plan(&machine, &folder) {
+    let plan = match args.set.plan(images, &folder) {
         Ok(plan) => Plan { script: args.script.clone(), ..plan },
         Err(line) => return bad_input(&line),
     };

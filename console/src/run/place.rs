@@ -4,7 +4,7 @@ use std::{
     env,
     fs::{self, File, OpenOptions, TryLockError},
     io::{self, Read, Seek, Write},
-    path::{Path, PathBuf},
+    path::PathBuf,
 };
 
 use nix::unistd::Uid;
@@ -44,11 +44,6 @@ impl RunFolder {
     /// user's runtime folder.
     pub fn new(named: Option<PathBuf>) -> Self {
         Self(named.unwrap_or_else(usual))
-    }
-
-    /// The folder itself.
-    pub fn path(&self) -> &Path {
-        &self.0
     }
 
     /// Folder of the safety images of the running set.
@@ -117,6 +112,6 @@ mod tests {
         assert!(refused.to_string().contains(&std::process::id().to_string()), "{refused}");
         drop(held);
         folder.lock().expect("free again");
-        fs::remove_dir_all(folder.path()).expect("ours");
+        fs::remove_dir_all(&folder.0).expect("ours");
     }
 }

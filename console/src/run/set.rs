@@ -17,7 +17,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use sim::shm::Domain;
 
-use super::RunFolder;
+use super::{Images, RunFolder};
 use super::place::RunFolderError;
 
 /// Every process must report ready within this time.
@@ -89,8 +89,8 @@ pub struct Plan {
     pub folder: RunFolder,
     /// Axes in use.
     pub axes: Vec<u8>,
-    /// Safety images: axis, encoding A, encoding B.
-    pub images: Vec<(u8, Vec<u8>, Vec<u8>)>,
+    /// Safety images of every axis.
+    pub images: Vec<Images>,
     /// Cycle, µs.
     pub cycle_us: u32,
     /// Cores of A, B, crosscheck, simulated drive.
@@ -187,11 +187,6 @@ impl Set {
     /// The shared memory of the set.
     pub fn domain(&self) -> Option<&Domain> {
         self.domain.as_ref()
-    }
-
-    /// Boot nonce of this run.
-    pub const fn nonce(&self) -> u32 {
-        self.nonce
     }
 
     /// Process id of `role`.
