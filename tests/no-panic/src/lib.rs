@@ -1,7 +1,15 @@
 //! The entry points of the cores, and a panic handler that cannot be linked.
 #![no_std]
 
-use shm_schema::exchange::{CrosscheckInputs, CrosscheckOutputs, Inputs, Outputs, Setup};
+#[cfg(any(feature = "channel-a", feature = "channel-b", feature = "crosscheck"))]
+use shm_schema::exchange as x;
+
+/// The control of the experiment: this panics, so building it must fail.
+#[cfg(feature = "control")]
+#[unsafe(no_mangle)]
+fn index(octets: &[u8], at: usize) -> u8 {
+    octets[at]
+}
 
 unsafe extern "C" {
     // Defined nowhere: the link fails as soon as any panic is reachable.
@@ -14,17 +22,21 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     unsafe { a_panic_is_reachable() }
 }
 
+// Named by precompiled parts of the core library, called by nobody.
+#[unsafe(no_mangle)]
+extern "C" fn rust_eh_personality() {}
+
 macro_rules! channel {
     ($feature:literal, $library:ident, $build:ident, $step:ident, $check:ident) => {
         #[cfg(feature = $feature)]
         #[unsafe(no_mangle)]
-        fn $build(image: &[u8], setup: &Setup, out: &mut $library::Monitor) {
+        fn $build(image: &[u8], setup: &x::Setup, out: &mut $library::Monitor) {
             *out = $library::Monitor::new(image, setup);
         }
 
         #[cfg(feature = $feature)]
         #[unsafe(no_mangle)]
-        fn $step(monitor: &mut $library::Monitor, inputs: &Inputs, now_ns: u64, out: &mut Outputs) {
+        fn $step(monitor: &mut $library::Monitor, inputs: &x::Inputs, now_ns: u64, out: &mut x::Outputs) {
             *out = monitor.step(inputs, now_ns);
         }
 
@@ -34,7 +46,7 @@ macro_rules! channel {
             guard: &mut $library::guard::Guard,
             octets: &[u8],
             crc: fn(&[u8]) -> u32,
-            out: &mut shm_schema::exchange::Received<shm_schema::encoder::Encoder>,
+            out: &mut x::Received<shm_schema::encoder::Encoder>,
         ) {
             *out = guard.check(octets, crc);
         }
@@ -47,15 +59,15 @@ channel!("channel-b", channel_b, build_b, step_b, check_b);
 #[unsafe(no_mangle)]
 fn step_crosscheck(
     crosscheck: &mut crosscheck::Crosscheck,
-    inputs: &CrosscheckInputs,
+    inputs: &x::CrosscheckInputs,
     now_ns: u64,
-    out: &mut CrosscheckOutputs,
+    out: &mut x::CrosscheckOutputs,
 ) {
     *out = crosscheck.step(inputs, now_ns);
 }
 
 #[cfg(feature = "crosscheck")]
 #[unsafe(no_mangle)]
-fn limits_crosscheck(image: &[u8], setup: &Setup, out: &mut crosscheck::Crosscheck) {
+fn limits_crosscheck(image: &[u8], setup: &x::Setup, out: &mut crosscheck::Crosscheck) {
     *out = crosscheck::Crosscheck::new(setup, &crosscheck::Limits::from_image(image));
 }
