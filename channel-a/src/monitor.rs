@@ -191,6 +191,9 @@ impl Monitor {
     /// Exact motion where it is given, the evaluated encoder otherwise; whether it is sound.
     fn motion(&mut self, inputs: &Inputs, cell: &Sampled<Encoder>, judged: bool) -> (Motion, bool) {
         if let Some(motion) = inputs.motion {
+            if self.settles_now() {
+                self.encoder.seed(cell, &motion, self.setup.cycle_ns);
+            }
             return (motion, true);
         }
         let sound = self.evaluate(cell, judged);

@@ -203,7 +203,8 @@ impl Partner {
         lost
     }
 
-    /// The agreement echoes an own report of at most two exchanges ago.
+    /// The agreement echoes an own report of at most two exchanges ago; an exchange whose sample
+    /// this channel never saw is missed and does not count.
     pub fn echoed(&self, exchange: u64, boot_nonce: u32) -> bool {
         let Some(Agreement { echo_a: Echo { exchange: number, boot_nonce: nonce, crc32 }, .. }) =
             self.agreement
@@ -212,7 +213,9 @@ impl Partner {
         };
         let age = exchange.wrapping_sub(number);
         let known = self.published.iter().any(|own| (own.exchange, own.crc32) == (number, crc32));
-        let young = age <= ECHO_AGE;
+        let newest = self.published.iter().take(ECHO_AGE as usize);
+        let recent = newest.into_iter().any(|own| own.exchange == number);
+        let young = (age <= ECHO_AGE) | recent;
         young & known & (nonce == boot_nonce)
     }
 

@@ -135,8 +135,12 @@ impl Image {
             *kept = *octet;
         }
         self.seen = true;
-        self.digest = super::crc::frame_digest(octets);
         true
+    }
+
+    /// The image kept last counts: what is ignored before the start leaves the digest alone.
+    pub(super) fn count(&mut self, octets: &[u8]) {
+        self.digest = super::crc::frame_digest(octets);
     }
 
     pub(super) const fn digest(&self) -> u32 {

@@ -76,3 +76,21 @@ fn the_session_id_is_reported() {
     assert_eq!(fsoe().session_id(), 0x0102);
     assert_eq!(profisafe().session_id(), 0);
 }
+
+/// black-channel.md 3.2, 8.3: an image that is ignored before the start was not processed.
+#[test]
+fn an_ignored_first_image_leaves_the_digest_alone() {
+    for (mut slave, length) in [(fsoe(), 7), (profisafe(), 8)] {
+        let image = [0; 8];
+        assert_eq!(slave.frame(image.get(..length).unwrap(), None, 0), Ok(None));
+        assert_eq!(slave.digest(), 0);
+    }
+    let mut slave = fsoe();
+    let reset = [0x2A, 0, 0, 0xC4, 0x2D, 0, 0];
+    slave.frame(&reset, None, 0).unwrap();
+    let processed = slave.digest();
+    assert_eq!(processed, frame_digest(&reset));
+    assert_eq!(slave.frame(&[0; 7], None, 0), Ok(None));
+    assert_eq!(slave.digest(), processed);
+    assert!(slave.frame(&reset, None, 0).unwrap().is_some(), "the ignored image was still seen");
+}

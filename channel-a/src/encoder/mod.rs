@@ -1,15 +1,18 @@
 //! From raw encoder signals to position and speed: angle by rotation ([`cordic`]), whole
-//! periods by the counter, speed by differences over a short window. Every sample is
-//! judged before it counts.
+//! periods by the count of quarter periods, speed by differences over a short window. Every
+//! sample is judged before it counts, against the sample time since the one before.
 
 mod cordic;
+mod seed;
 
 use shm_schema::encoder::{Encoder, NOMINAL_AMPLITUDE, Slot, SlotKind};
 use shm_schema::exchange::Sampled;
 
-/// Samples the speed is averaged over, per kind of encoder.
-const WINDOW_FINE: u8 = 2;
-const WINDOW_COARSE: u8 = 8;
+/// Samples the speed is averaged over, per kind of encoder: a sine encoder resolves the way of
+/// one, an angle of 16 bits needs some to stay within 1 rpm, quarter periods need more.
+const WINDOW_SINE: u8 = 2;
+const WINDOW_ANGLE: u8 = 3;
+const WINDOW_COUNTER: u8 = 8;
 const HISTORY: usize = 8;
 /// Permitted circle radius in parts of the nominal one, squared: 0.5² and 1.3² (DEC-46).
 const RADIUS_LOW: i64 = (NOMINAL_AMPLITUDE as i64 * NOMINAL_AMPLITUDE as i64) / 4;
@@ -23,8 +26,10 @@ const DRIVE_MOVED: i64 = 1_024;
 /// Identical samples that are one too many.
 const FROZEN_SAMPLES: u8 = 2;
 const TURN: i64 = 65_536;
-/// Part of a period around the zero crossing in which counter and tracks may be apart.
-const CROSSING: i64 = TURN / 16;
+/// Bits of the angle inside one quadrant.
+const QUADRANT_BITS: u32 = 14;
+/// Most samples that a movement is continued over.
+const AHEAD_MAX: u64 = 64;
 
 /// What is wrong with a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,11 +85,17 @@ pub struct Evaluation {
     drive_position: i64,
     identical: u8,
     reading: Reading,
+    /// Position of the motion a settled start began with, less that of the first signals.
+    offset: i64,
 }
 
-/// Fine position and what one revolution of it is.
-struct Fine {
-    value: i64,
+/// What a fine position of one kind of encoder means.
+#[derive(Clone, Copy)]
+struct Scale {
+    /// Increments in `periods` units of the fine position.
+    increments: i64,
+    periods: i64,
+    /// Units of one revolution.
     revolution: i64,
     window: u8,
 }
@@ -100,6 +111,7 @@ impl Evaluation {
             drive_position: 0,
             identical: 0,
             reading: Reading::default(),
+            offset: 0,
         }
     }
 
@@ -133,12 +145,13 @@ impl Evaluation {
             return Err(Fault::Absent);
         }
         check_radius(&slot)?;
-        let fine = self.fine(&slot)?;
+        let scale = self.scale(slot.kind).ok_or(Fault::Absent)?;
+        let fine = self.fine(&slot, sample.sequence)?;
+        self.check_slip(slot.kind, fine, sample.sequence)?;
         self.check_frozen(&slot, sample.payload.drive_position)?;
-        let position = fine.value.wrapping_mul(TURN).checked_div_euclid(fine.revolution).unwrap_or(0);
-        let position = if fine.revolution == TURN { fine.value } else { position };
-        let speed = self.speed(&fine, sample).unwrap_or(self.reading.speed);
-        let point = Point { fine: fine.value, sequence: sample.sequence, timestamp_ns: sample.timestamp_ns };
+        let position = scale.position(fine).wrapping_add(self.offset);
+        let speed = self.speed(fine, &scale, sample).unwrap_or(self.reading.speed);
+        let point = Point { fine, sequence: sample.sequence, timestamp_ns: sample.timestamp_ns };
         self.history.rotate_right(1);
         self.history[0] = point;
         self.filled = self.filled.saturating_add(1);
@@ -150,46 +163,64 @@ impl Evaluation {
         Ok(self.reading)
     }
 
-    fn fine(&self, slot: &Slot) -> Result<Fine, Fault> {
-        let before = self.history[0].fine;
-        let first = self.filled == 0;
+    fn scale(&self, kind: SlotKind) -> Option<Scale> {
         let periods = self.selection.periods.max(1);
+        let angle =
+            |window: u8| Scale { increments: 1, periods, revolution: periods.wrapping_mul(TURN), window };
+        match kind {
+            SlotKind::SineCosine => Some(angle(WINDOW_SINE)),
+            SlotKind::Resolver => Some(angle(WINDOW_ANGLE)),
+            SlotKind::Digital => Some(Scale { periods: 1, revolution: TURN, ..angle(WINDOW_ANGLE) }),
+            SlotKind::Counter => Some(Scale {
+                increments: 1 << QUADRANT_BITS,
+                revolution: periods.wrapping_mul(4),
+                ..angle(WINDOW_COUNTER)
+            }),
+            SlotKind::None | SlotKind::Encoderless => None,
+        }
+    }
+
+    fn fine(&self, slot: &Slot, sequence: u64) -> Result<i64, Fault> {
+        let first = self.filled == 0;
+        let newest = self.history[0].fine;
+        let quarters = i64::from(slot.count);
+        let continued = |before: i64| if first { quarters } else { near(quarters, before, 1 << 32) };
         match slot.kind {
             SlotKind::SineCosine => {
                 let angle = cordic::angle(slot.sine, slot.cosine);
-                let count = i64::from(slot.count);
-                let count = if first { count } else { unwrapped(count, before.div_euclid(TURN), 1 << 32) };
-                let value = count.wrapping_mul(TURN).wrapping_add(angle);
-                let expected = before.wrapping_add(before.wrapping_sub(self.history[1].fine));
-                let value = if self.filled > 1 { near_crossing(value, angle, expected) } else { value };
-                self.check_quadrant(value, angle, before, first)?;
-                Ok(Fine { value, revolution: periods.wrapping_mul(TURN), window: WINDOW_FINE })
+                in_period(continued(newest >> QUADRANT_BITS), angle)
             }
             SlotKind::Resolver => {
                 let angle = cordic::angle(slot.sine, slot.cosine);
-                let value = if first { angle } else { unwrapped(angle, before, TURN) };
-                Ok(Fine { value, revolution: periods.wrapping_mul(TURN), window: WINDOW_COARSE })
+                Ok(if first { angle } else { near(angle, self.expected(sequence), TURN) })
             }
-            SlotKind::Digital => Ok(Fine { value: slot.digital, revolution: TURN, window: WINDOW_COARSE }),
-            SlotKind::Counter => {
-                let count = i64::from(slot.count);
-                let value = if first { count } else { unwrapped(count, before, 1 << 32) };
-                Ok(Fine { value, revolution: periods.wrapping_mul(4), window: WINDOW_COARSE })
-            }
+            SlotKind::Digital => Ok(slot.digital),
+            SlotKind::Counter => Ok(continued(newest)),
             SlotKind::None | SlotKind::Encoderless => Err(Fault::Absent),
         }
     }
 
-    /// While the shaft is slow the counter has to follow the tracks period by period.
-    fn check_quadrant(&self, value: i64, angle: i64, before: i64, first: bool) -> Result<(), Fault> {
-        let known = !first & (self.filled > 1);
-        let last_step = before.wrapping_sub(self.history[1].fine);
-        let slow = last_step.saturating_abs() < TURN / 8;
-        let turned = unwrapped(angle, before, TURN).wrapping_sub(before);
-        let counted = value.wrapping_sub(before);
-        let small_turn = turned.saturating_abs() < TURN / 4;
-        let contradicted = counted.wrapping_sub(turned).saturating_abs() > TURN / 4;
-        if known & slow & small_turn & contradicted { Err(Fault::Quadrant) } else { Ok(()) }
+    /// Where the movement of the last samples leads to, also over samples that were lost.
+    fn expected(&self, sequence: u64) -> i64 {
+        let [newest, before, ..] = &self.history;
+        let samples = newest.sequence.wrapping_sub(before.sequence).min(AHEAD_MAX) as i64;
+        let moved = newest.fine.wrapping_sub(before.fine);
+        let moved = if self.filled > 1 { moved } else { 0 };
+        let ahead = sequence.wrapping_sub(newest.sequence).min(AHEAD_MAX) as i64;
+        let step = moved.checked_div(samples).unwrap_or(0);
+        newest.fine.wrapping_add(step.wrapping_mul(ahead))
+    }
+
+    /// A step of whole periods between two samples of a slow shaft: the count has slipped. A
+    /// shaft that really moves does not stand again one sample later.
+    fn check_slip(&self, kind: SlotKind, fine: i64, sequence: u64) -> Result<(), Fault> {
+        let [newest, middle, oldest, ..] = &self.history;
+        let samples = sequence.wrapping_sub(oldest.sequence);
+        let slow = |to: i64, from: i64| to.wrapping_sub(from).saturating_abs() < TURN / 8;
+        let stands = slow(fine, newest.fine) & slow(middle.fine, oldest.fine);
+        let jumped = newest.fine.wrapping_sub(middle.fine).saturating_abs() > TURN / 4 * 3;
+        let judged = (kind == SlotKind::SineCosine) & (self.filled > 2) & (samples == 3);
+        if judged & stands & jumped { Err(Fault::Quadrant) } else { Ok(()) }
     }
 
     fn check_frozen(&mut self, slot: &Slot, drive_position: i64) -> Result<(), Fault> {
@@ -206,17 +237,17 @@ impl Evaluation {
     }
 
     /// Speed over the window, 1/1000 rpm; by the producer's period where it states one.
-    fn speed(&self, fine: &Fine, sample: &Sampled<Encoder>) -> Option<i64> {
-        let reach = fine.window.min(self.filled).checked_sub(1)?;
+    fn speed(&self, fine: i64, scale: &Scale, sample: &Sampled<Encoder>) -> Option<i64> {
+        let reach = scale.window.min(self.filled).checked_sub(1)?;
         let from = self.history.get(usize::from(reach))?;
         let samples = sample.sequence.wrapping_sub(from.sequence);
         let stated = samples.saturating_mul(u64::from(sample.payload.period_ns));
-        let measured = sample.timestamp_ns.saturating_sub(from.timestamp_ns);
+        let measured = sample.timestamp_ns.wrapping_sub(from.timestamp_ns);
         let elapsed_ns = if stated == 0 { measured } else { stated };
-        let moved = fine.value.wrapping_sub(from.fine);
+        let moved = fine.wrapping_sub(from.fine);
         // 60,000 (1/1000 rpm in 1/s) * 10^9 (ns in s) over revolution * elapsed.
         let up = i128::from(moved).wrapping_mul(60_000_000_000_000);
-        let down = i128::from(fine.revolution).wrapping_mul(i128::from(elapsed_ns));
+        let down = i128::from(scale.revolution).wrapping_mul(i128::from(elapsed_ns));
         let half = down >> 1;
         let rounded = if up < 0 { up.wrapping_sub(half) } else { up.wrapping_add(half) };
         rounded.checked_div(down).map(|speed| speed.clamp(i128::from(i32::MIN), i128::from(i32::MAX)) as i64)
@@ -234,21 +265,33 @@ fn check_radius(slot: &Slot) -> Result<(), Fault> {
     }
 }
 
-/// `value` of a counter that wraps at `span`, continued from `before`.
-fn unwrapped(value: i64, before: i64, span: i64) -> i64 {
-    let mask = span.wrapping_sub(1);
-    let step = value.wrapping_sub(before) & mask;
-    let step = if step > mask / 2 { step.wrapping_sub(span) } else { step };
-    before.wrapping_add(step)
+impl Scale {
+    /// Increments of a fine position, rounded to nearest.
+    fn position(&self, fine: i64) -> i64 {
+        let halved = self.periods >> 1;
+        let up = fine.wrapping_mul(self.increments).wrapping_add(halved);
+        up.checked_div_euclid(self.periods).unwrap_or(0)
+    }
 }
 
-/// Near the zero crossing the counter may be one period early or late: the value that
-/// continues the movement counts (AMKD-ENCM-02 tolerates one quadrant).
-fn near_crossing(value: i64, angle: i64, expected: i64) -> i64 {
-    let late = (angle < CROSSING).then(|| value.wrapping_add(TURN));
-    let early = (angle > TURN - CROSSING).then(|| value.wrapping_sub(TURN));
-    let off = |candidate: i64| candidate.wrapping_sub(expected).saturating_abs();
-    late.or(early).filter(|other| off(*other) < off(value)).unwrap_or(value)
+/// The quarter count says which period, the tracks where in it. The comparators that count may
+/// be one quadrant ahead of or behind the tracks; two are a fault (AMKD-ENCM-02).
+fn in_period(quarters: i64, angle: i64) -> Result<i64, Fault> {
+    let ahead = (angle >> QUADRANT_BITS).wrapping_sub(quarters) & 3;
+    let quarters = match ahead {
+        0 | 1 => quarters.wrapping_add(ahead),
+        3 => quarters.wrapping_sub(1),
+        _ => return Err(Fault::Quadrant),
+    };
+    Ok((quarters >> 2).wrapping_mul(TURN).wrapping_add(angle))
+}
+
+/// Of all numbers that are `value` modulo `span` the one nearest to `expected`.
+fn near(value: i64, expected: i64, span: i64) -> i64 {
+    let mask = span.wrapping_sub(1);
+    let step = value.wrapping_sub(expected) & mask;
+    let step = if step > mask / 2 { step.wrapping_sub(span) } else { step };
+    expected.wrapping_add(step)
 }
 
 #[cfg(test)]

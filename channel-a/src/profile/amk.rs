@@ -107,7 +107,9 @@ pub fn build(image: &Image, program: &mut Program) {
     let top = p(67).saturating_mul(RPM);
     program.add(speed(status::SMS, None, at_once(Range::symmetric(top)), reaction(p(68))));
     for (bit, [delay, ramp, upper, lower, error]) in SSR {
-        let window = Range { lower: p(lower).saturating_mul(RPM), upper: p(upper).saturating_mul(RPM) };
+        // docs/decisions/0002: sorted by value, as SLI (AMK-SSR-06 leaves it open).
+        let (one, other) = (p(lower).saturating_mul(RPM), p(upper).saturating_mul(RPM));
+        let window = Range { lower: one.min(other), upper: one.max(other) };
         program.add(speed(bit, Some(bit), approach(delay, ramp, window), reaction(p(error))));
     }
     for (bit, [delay, ramp, limit, error]) in SLS {

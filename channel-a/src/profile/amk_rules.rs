@@ -3,16 +3,13 @@
 
 use shm_schema::error::ErrorCode;
 use shm_schema::facts::Parameter;
+use shm_schema::facts::amk_kw::thresholds::{INPUT_RATIO, SLOPE_MIN};
 
 use crate::image::Image;
 
 const SPEED: i64 = 60_000;
-/// Flattest permitted ramp, rpm/s (DEC-52).
-const FLATTEST: i64 = 1;
-/// Steepest permitted ramp, rpm/s (DEC-52).
-const STEEPEST: i64 = 10_000_000;
-/// Smallest ratio of period to pulse, inputs and outputs (DEC-46: as AMKP-SA-06).
-const RATIO: i64 = 10;
+/// Smallest ratio of period to pulse of an output (AMKP-SA-06).
+const OUTPUT_RATIO: i64 = 10;
 const ASSIGNABLE: u32 = 1 << 3 | 1 << 4 | 1 << 5 | 1 << 6 | 0b0111_1110 << 8 | 1 << 16;
 
 /// What breaks a rule.
@@ -27,9 +24,9 @@ enum Broken {
     NotAssignable(u32),
     NotBoolean(u32),
     OffGrid(u32, i64),
-    /// Period in ms below ten pulses in µs.
-    Ratio(u32, u32),
-    /// Reference speed over ramp time in ms.
+    /// Period in ms below so many pulses in µs.
+    Ratio(u32, u32, i64),
+    /// Reference speed over ramp time in ms is too small; too steep is channel 2's row.
     Flat(u32, u32),
 }
 use Broken::{
@@ -51,13 +48,13 @@ const ROWS: &[Row] = &[
     (16, 3, 3, &[Above(83, 65_500), Above(85, 65_500)]),
     (18, 2, 1, &[Above(72, 64_000), Above(74, 64_000)]),
     (18, 3, 1, &[Below(72, 50), Below(74, 50)]),
-    (18, 5, 1, &[Ratio(72, 71), Ratio(74, 73)]),
+    (18, 5, 1, &[Ratio(72, 71, INPUT_RATIO), Ratio(74, 73, INPUT_RATIO)]),
     (18, 2, 2, &[Above(78, 64_000), Above(80, 64_000)]),
     (18, 3, 2, &[Below(78, 50), Below(80, 50)]),
-    (18, 5, 2, &[Ratio(78, 77), Ratio(80, 79)]),
+    (18, 5, 2, &[Ratio(78, 77, INPUT_RATIO), Ratio(80, 79, INPUT_RATIO)]),
     (18, 2, 3, &[Above(84, 64_000), Above(86, 64_000)]),
     (18, 3, 3, &[Below(84, 50), Below(86, 50)]),
-    (18, 5, 3, &[Ratio(84, 83), Ratio(86, 85)]),
+    (18, 5, 3, &[Ratio(84, 83, INPUT_RATIO), Ratio(86, 85, INPUT_RATIO)]),
     (20, 1, 0, &[Below(17, 0), Above(17, 2)]),
     (20, 2, 0, &[NotAssignable(15)]),
     (20, 3, 0, &[NotAssignable(16)]),
@@ -71,21 +68,21 @@ const ROWS: &[Row] = &[
     (25, 3, 0, &[Above(88, 65_500), Above(90, 65_500)]),
     (25, 4, 0, &[Below(88, 500), Below(90, 500)]),
     (25, 5, 0, &[OffGrid(88, 125), OffGrid(90, 125)]),
-    (25, 6, 0, &[Ratio(89, 88), Ratio(91, 90)]),
+    (25, 6, 0, &[Ratio(89, 88, OUTPUT_RATIO), Ratio(91, 90, OUTPUT_RATIO)]),
     (25, 7, 0, &[NotBoolean(87)]),
     (25, 10, 0, &[Above(95, 65_500), Above(97, 65_500)]),
     (25, 11, 0, &[Below(95, 50), Below(97, 50)]),
     (25, 12, 0, &[Above(94, 65_500), Above(96, 65_500)]),
     (25, 13, 0, &[Below(94, 500), Below(96, 500)]),
     (25, 14, 0, &[OffGrid(94, 125), OffGrid(96, 125)]),
-    (25, 15, 0, &[Ratio(95, 94), Ratio(97, 96)]),
+    (25, 15, 0, &[Ratio(95, 94, OUTPUT_RATIO), Ratio(97, 96, OUTPUT_RATIO)]),
     (25, 17, 0, &[NotBoolean(93)]),
     (25, 20, 0, &[Above(100, 65_500), Above(102, 65_500)]),
     (25, 21, 0, &[Below(100, 50), Below(102, 50)]),
     (25, 22, 0, &[Above(99, 65_500), Above(101, 65_500)]),
     (25, 23, 0, &[Below(99, 500), Below(101, 500)]),
     (25, 24, 0, &[OffGrid(99, 125), OffGrid(101, 125)]),
-    (25, 25, 0, &[Ratio(100, 99), Ratio(102, 101)]),
+    (25, 25, 0, &[Ratio(100, 99, OUTPUT_RATIO), Ratio(102, 101, OUTPUT_RATIO)]),
     (38, 1, 0, &[Above(9, 60_000)]),
     (38, 2, 0, &[Above(10, 60_000)]),
     // SS1
@@ -152,12 +149,10 @@ fn is_broken(image: &Image, rule: Broken) -> bool {
         }
         NotBoolean(number) => !(0..=1).contains(&p(number)),
         OffGrid(number, grid) => p(number).checked_rem(grid).is_none_or(|rest| rest != 0),
-        Ratio(period, pulse) => p(period).saturating_mul(1_000) < p(pulse).saturating_mul(RATIO),
+        Ratio(period, pulse, ratio) => p(period).saturating_mul(1_000) < p(pulse).saturating_mul(ratio),
         Flat(speed, time) => {
-            let steepness = p(speed).saturating_mul(1_000);
-            let flat = steepness < p(time).saturating_mul(FLATTEST);
-            let steep = steepness > p(time).saturating_mul(STEEPEST);
-            (p(time) != 0) & (flat | steep)
+            let flat = p(speed).saturating_mul(1_000) < p(time).saturating_mul(SLOPE_MIN);
+            (p(time) > 0) & flat
         }
     }
 }

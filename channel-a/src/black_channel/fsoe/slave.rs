@@ -86,11 +86,15 @@ impl FsoeSlave {
         let received = Received::parse(octets, self.output_length)
             .ok_or(LengthFault { expected: self.output_length.frame(), received: octets.len() })?;
         let changed = self.image.renew(octets);
+        // 3.2: the bus has started, the master has not.
+        let before_start = self.state == State::Reset && received.command() == command::NONE;
+        if changed && !before_start {
+            self.image.count(octets);
+        }
         // 3.6: a correct frame that comes too late answers like none.
         if let Some(answer) = self.advance(now_ns) {
             return Ok(Some(answer));
         }
-        let before_start = self.state == State::Reset && received.command() == command::NONE;
         if !changed || before_start {
             return Ok(None);
         }

@@ -147,13 +147,16 @@ impl FDevice {
             received: octets.len(),
         })?;
         let changed = self.image.renew(octets);
+        let empty = octets.iter().all(|octet| *octet == 0);
+        // 8.3: the bus has started, the host has not.
+        let before_start = empty && !self.started;
+        if changed && !before_start {
+            self.image.count(octets);
+        }
         let late = self.advance(now_ns);
         if !changed {
             return Ok(late);
         }
-        let empty = octets.iter().all(|octet| *octet == 0);
-        // 8.3: the bus has started, the host has not.
-        let before_start = empty && !self.started;
         if before_start || self.is_silent() {
             return Ok(None);
         }
