@@ -43,6 +43,16 @@ impl Freshness {
         is_news
     }
 
+    /// The step just observed does not count: there was nothing to advance with.
+    pub fn hold(&mut self, cycle_ns: u64) {
+        let missed = self.missed.get().unwrap_or(STALE);
+        if missed < STALE {
+            self.missed = Twin::new(missed.saturating_sub(1).max(0));
+            let since = self.since.get_time().unwrap_or(0);
+            self.since = Twin::time(since.saturating_add(cycle_ns));
+        }
+    }
+
     /// Not advanced for `cycles` steps, or for clearly longer than as many cycles.
     pub fn is_stale(&self, cycles: u8, cycle_ns: u64, now: u64) -> bool {
         let Some(missed) = self.missed.get() else { return true };

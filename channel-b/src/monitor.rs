@@ -110,6 +110,8 @@ impl Monitor {
                 evaluation: Evaluation::new(plan.encoder),
                 lines: inputs::Inputs::new(plan.lines),
                 motion: Motion::default(),
+                sampled_ns: 0,
+                exchange: 0,
                 acknowledges: Acknowledges::default(),
                 published: [None; 4],
                 partner_drives: false,

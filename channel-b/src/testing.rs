@@ -4,9 +4,10 @@
 use std::collections::BTreeMap;
 use std::vec::Vec;
 
+use shm_schema::INCREMENTS_PER_REVOLUTION;
 use shm_schema::agreement::{Agreement, Echo, PathTest};
 use shm_schema::command::{Command, CommandSource};
-use shm_schema::encoder::Encoder;
+use shm_schema::encoder::{Encoder, Slot, SlotKind};
 use shm_schema::error::ErrorCode;
 use shm_schema::exchange::{Inputs, Motion, Outputs, Published, Received, Sampled, Setup, Start};
 use shm_schema::facts;
@@ -60,6 +61,22 @@ pub fn of_values(profile: Profile, values: &BTreeMap<u32, i32>) -> Vec<u8> {
 
 pub fn cell<T>(sequence: u64, timestamp_ns: u64, payload: T) -> Received<T> {
     Ok(Sampled { sequence, timestamp_ns, crc32: sequence as u32, payload })
+}
+
+/// A sine encoder of 1,024 periods at `position`, increments.
+pub fn sine(position: f64, amplitude: f64) -> Encoder {
+    let periods = position * 1024.0 / f64::from(INCREMENTS_PER_REVOLUTION as i32);
+    let count = libm::floor(periods * 4.0);
+    let (sin, cos) = libm::sincos((periods - libm::floor(periods)) * core::f64::consts::TAU);
+    let slot = Slot {
+        kind: SlotKind::SineCosine,
+        sine: libm::rint(sin * amplitude) as i16,
+        cosine: libm::rint(cos * amplitude) as i16,
+        count: count as i32,
+        ..Slot::default()
+    };
+    let drive_position = libm::rint(position) as i64;
+    Encoder { slots: [slot, Slot::default()], drive_position, ..Encoder::default() }
 }
 
 /// What the world looks like in one cycle.

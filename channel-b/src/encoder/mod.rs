@@ -21,10 +21,10 @@ const FROZEN_SAMPLES: u32 = 2;
 const FROZEN_TRAVEL: i64 = 8;
 /// Output frequency of the drive that cannot go with a frozen signal, 1/1000 Hz.
 const FROZEN_FREQUENCY: u32 = 1_000;
-/// Change of speed from one sample to the next that no drive reaches, 1/1000 rpm.
-const JUMP_MRPM: f64 = 1_500_000.0;
-/// Share of a period that angle and count may disagree by near a zero crossing.
-const CROSSING: f64 = 0.25;
+/// Distance of the mean speed between two samples from the speed before that no drive
+/// reaches, 1/1000 rpm. A mean over the time that has passed, so that a skipped sample is a
+/// missed exchange and no jump.
+const JUMP_MRPM: f64 = 5_000_000.0;
 const INCREMENTS: f64 = INCREMENTS_PER_REVOLUTION as f64;
 
 /// What to evaluate.
@@ -57,7 +57,7 @@ pub enum EncoderFault {
     ResolverSmall,
     /// Radius of a resolver too large.
     ResolverLarge,
-    /// Angle and count of periods contradict each other.
+    /// Angle and count of quarter periods contradict each other.
     Quadrant,
     /// A jump, or a signal that stands still while the drive turns.
     Implausible,
@@ -81,21 +81,54 @@ pub struct Evaluation {
     turns: f64,
     frozen: u32,
     frozen_at: i64,
-    speed: f64,
+    /// Slope of the newest line, increments for each ns.
+    rate: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     slot: Slot,
-    /// Position inside the counted range, revolutions or periods.
-    place: f64,
+    place: Place,
     time_ns: u64,
+}
+
+/// Where a sample is inside the counted range.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// Quarter periods counted; wraps as the count does.
+    quarters: i32,
+    /// Rest: share of a quarter period, or of a resolver's turn.
+    rest: f64,
+}
+
+impl Place {
+    const ZERO: Self = Self { quarters: 0, rest: 0.0 };
 }
 
 impl Evaluation {
     /// Nothing seen yet.
     pub const fn new(setup: EncoderSetup) -> Self {
-        Self { setup, last: None, slope: Slope::new(), turns: 0.0, frozen: 0, frozen_at: 0, speed: 0.0 }
+        Self { setup, last: None, slope: Slope::new(), turns: 0.0, frozen: 0, frozen_at: 0, rate: 0.0 }
+    }
+
+    /// Takes the sample at `time_ns` as one of a motion that has gone on for ever: position
+    /// and speed are `exact`, samples are `spacing_ns` apart (design 10, settled start). A
+    /// sample that is not believed settles nothing.
+    pub fn settle(&mut self, encoder: &Encoder, time_ns: u64, exact: &Evaluated, spacing_ns: u64) {
+        let Some(slot) = self.choose(encoder) else { return };
+        let is_encoderless = slot.kind == SlotKind::Encoderless;
+        let place = if is_encoderless { Ok(Place::ZERO) } else { self.place(&slot) };
+        let Ok(place) = place else { return };
+        let sign = if self.setup.is_inverted { -1.0 } else { 1.0 };
+        let position = exact.position as f64 * sign;
+        let origin = self.origin(&slot, place);
+        // The signals resolve parts of an increment that the given position has lost.
+        self.turns = if libm::fabs(origin - position) <= 1.0 { origin } else { position };
+        self.rate = exact.speed_mrpm as f64 * sign / MRPM_PER_INCREMENT_NS;
+        self.slope = Slope::settled(self.turns, self.rate, time_ns, spacing_ns);
+        self.frozen_at = encoder.drive_position;
+        let slot = if is_encoderless { Slot::default() } else { slot };
+        self.last = Some(Sample { slot, place, time_ns });
     }
 
     /// Forgets the samples, after a fault.
@@ -126,7 +159,7 @@ impl Evaluation {
         }
         self.watch_frozen(&slot, encoder)?;
         let place = self.place(&slot)?;
-        let moved = self.moved(&slot, place)?;
+        let moved = self.moved(&slot, place, time_ns)?;
         self.follow(&slot, place, moved, time_ns)
     }
 
@@ -145,92 +178,75 @@ impl Evaluation {
         fits(&wanted).then_some(wanted)
     }
 
-    /// Where the sample is, in periods (sine, counter), turns (resolver), increments (digital).
-    fn place(&self, slot: &Slot) -> Result<f64, EncoderFault> {
+    fn place(&self, slot: &Slot) -> Result<Place, EncoderFault> {
         match slot.kind {
             SlotKind::SineCosine => {
                 check_radius(slot, EncoderFault::SineSmall, EncoderFault::SineLarge)?;
-                Ok(self.joined(slot))
+                joined(slot)
             }
             SlotKind::Resolver => {
                 check_radius(slot, EncoderFault::ResolverSmall, EncoderFault::ResolverLarge)?;
-                Ok(angle(slot))
+                Ok(Place { quarters: 0, rest: angle(slot) })
             }
-            SlotKind::Digital => Ok(slot.digital as f64),
-            SlotKind::Counter => Ok(f64::from(slot.count) / 4.0),
+            SlotKind::Digital => Ok(Place::ZERO),
+            SlotKind::Counter => Ok(Place { quarters: slot.count, rest: 0.0 }),
             SlotKind::None | SlotKind::Encoderless => Err(EncoderFault::Absent),
         }
     }
 
-    /// Whole periods and angle; near a zero crossing the angle may run ahead of the count or
-    /// behind it, then the neighbour that continues the movement is taken.
-    fn joined(&self, slot: &Slot) -> f64 {
-        let fraction = angle(slot);
-        let plain = f64::from(slot.count) + fraction;
-        let other = if fraction > 1.0 - CROSSING {
-            plain - 1.0
-        } else if fraction < CROSSING {
-            plain + 1.0
-        } else {
-            return plain;
-        };
-        let Some(last) = &self.last else { return plain };
-        let expected = last.place + self.expected_periods();
-        let is_near = libm::fabs(libm::rint(plain) - plain) < 0.01;
-        let fits_better = libm::fabs(other - expected) + 0.5 < libm::fabs(plain - expected);
-        if is_near & fits_better { other } else { plain }
-    }
-
-    fn expected_periods(&self) -> f64 {
-        self.slope.step() * f64::from(self.setup.periods) / INCREMENTS
-    }
-
     /// Movement since the last sample, increments.
-    fn moved(&self, slot: &Slot, place: f64) -> Result<f64, EncoderFault> {
+    fn moved(&self, slot: &Slot, place: Place, time_ns: u64) -> Result<f64, EncoderFault> {
         let Some(last) = &self.last else { return Ok(0.0) };
         if last.slot.kind != slot.kind {
             return Err(EncoderFault::Implausible);
         }
-        let difference = place - last.place;
+        let rest = place.rest - last.place.rest;
         match slot.kind {
-            SlotKind::Resolver => Ok((difference - libm::rint(difference)) * self.per_pole_pair()),
+            SlotKind::Resolver => {
+                // Whole turns are not counted: the movement nearest to the expected one.
+                let expected = self.rate * elapsed(last, time_ns) / self.per_pole_pair();
+                Ok((rest - libm::rint(rest - expected)) * self.per_pole_pair())
+            }
             SlotKind::Digital => Ok(slot.digital.saturating_sub(last.slot.digital) as f64),
-            _ => self.periods_moved(difference),
+            _ => {
+                let whole = place.quarters.wrapping_sub(last.place.quarters);
+                Ok((f64::from(whole) + rest) * self.per_quarter())
+            }
         }
-    }
-
-    fn periods_moved(&self, difference: f64) -> Result<f64, EncoderFault> {
-        // The count is 32 bits wide and wraps.
-        let range =
-            if libm::fabs(difference) > 1e8 { libm::copysign(4_294_967_296.0, difference) } else { 0.0 };
-        let periods = difference - range;
-        let is_slow = libm::fabs(self.expected_periods()) < CROSSING;
-        let contradicts = is_slow & (self.slope.is_full()) & (libm::fabs(periods) > 1.0 - CROSSING);
-        if contradicts & (libm::fabs(periods) < 2.0) {
-            return Err(EncoderFault::Quadrant);
-        }
-        let per_turn = f64::from(self.setup.periods.max(1));
-        Ok(periods * INCREMENTS / per_turn)
     }
 
     fn follow(
         &mut self,
         slot: &Slot,
-        place: f64,
+        place: Place,
         moved: f64,
         time_ns: u64,
     ) -> Result<Evaluated, EncoderFault> {
-        self.turns = if self.last.is_some() { self.turns + moved } else { self.origin(slot, place) };
-        let speed = self.slope.add(self.turns, time_ns) * MRPM_PER_INCREMENT_NS;
-        let jump = libm::fabs(speed - self.speed);
-        let is_finite = speed.is_finite() & self.turns.is_finite();
-        let jumps = (jump > JUMP_MRPM) & self.slope.is_full() & self.last.is_some();
-        if jumps | !is_finite {
+        if self.jumps(moved, time_ns) {
             return Err(EncoderFault::Implausible);
         }
-        self.speed = speed;
+        self.turns = if self.last.is_some() { self.turns + moved } else { self.origin(slot, place) };
+        self.rate = self.slope.add(self.turns, time_ns);
+        let speed = self.rate * MRPM_PER_INCREMENT_NS;
+        let is_finite = speed.is_finite() & self.turns.is_finite();
+        if !is_finite {
+            return Err(EncoderFault::Implausible);
+        }
         self.last = Some(Sample { slot: *slot, place, time_ns });
         Ok(Evaluated { position: libm::rint(self.turns) as i64, speed_mrpm: libm::rint(speed) as i64 })
+    }
+
+    /// The mean speed since the last sample is out of reach from the speed before.
+    fn jumps(&self, moved: f64, time_ns: u64) -> bool {
+        let Some(last) = &self.last else { return false };
+        let elapsed = elapsed(last, time_ns);
+        let beyond = libm::fabs(moved - self.rate * elapsed) * MRPM_PER_INCREMENT_NS > JUMP_MRPM * elapsed;
+        beyond & self.slope.is_full()
+    }
+
+    /// Increments of a quarter period.
+    fn per_quarter(&self) -> f64 {
+        INCREMENTS / (4.0 * f64::from(self.setup.periods.max(1)))
     }
 
     /// Increments of one electrical turn of a resolver.
@@ -239,12 +255,11 @@ impl Evaluation {
     }
 
     /// First position: both channels count from the same origin.
-    fn origin(&self, slot: &Slot, place: f64) -> f64 {
-        let per_turn = f64::from(self.setup.periods.max(1));
+    fn origin(&self, slot: &Slot, place: Place) -> f64 {
         match slot.kind {
-            SlotKind::Resolver => place * self.per_pole_pair(),
-            SlotKind::Digital => place,
-            _ => place * INCREMENTS / per_turn,
+            SlotKind::Resolver => place.rest * self.per_pole_pair(),
+            SlotKind::Digital => slot.digital as f64,
+            _ => (f64::from(place.quarters) + place.rest) * self.per_quarter(),
         }
     }
 
@@ -268,7 +283,7 @@ impl Evaluation {
         let speed = f64::from(encoder.frequency_mhz) * 60.0 / pairs;
         let step = self.last.as_ref().map_or(0, |last| time_ns.saturating_sub(last.time_ns));
         self.turns += speed / MRPM_PER_INCREMENT_NS * step as f64;
-        self.last = Some(Sample { slot: Slot::default(), place: 0.0, time_ns });
+        self.last = Some(Sample { slot: Slot::default(), place: Place::ZERO, time_ns });
         if !self.turns.is_finite() {
             return Err(EncoderFault::Implausible);
         }
@@ -278,6 +293,23 @@ impl Evaluation {
 
 /// 1/1000 rpm of one increment each ns.
 const MRPM_PER_INCREMENT_NS: f64 = 60.0 * 1e9 * 1e3 / INCREMENTS;
+
+/// Time since `last`, ns.
+fn elapsed(last: &Sample, time_ns: u64) -> f64 {
+    time_ns.saturating_sub(last.time_ns) as f64
+}
+
+/// Count and angle as one place. Comparators count near a boundary of two quadrants earlier or
+/// later than the angle crosses it: then the angle decides. Further apart is a fault.
+fn joined(slot: &Slot) -> Result<Place, EncoderFault> {
+    let quarters = angle(slot) * 4.0;
+    let quadrant = (quarters as i32).clamp(0, 3);
+    let apart = ((quadrant - (slot.count & 3) + 2) & 3) - 2;
+    if apart == -2 {
+        return Err(EncoderFault::Quadrant);
+    }
+    Ok(Place { quarters: slot.count.wrapping_add(apart), rest: quarters - f64::from(quadrant) })
+}
 
 /// Angle as a share of the period, 0 to below 1.
 fn angle(slot: &Slot) -> f64 {

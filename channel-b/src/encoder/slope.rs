@@ -10,23 +10,31 @@ pub struct Slope {
     positions: [f64; SAMPLES],
     times: [u64; SAMPLES],
     count: usize,
-    step: f64,
 }
 
 impl Slope {
     /// No sample.
     pub const fn new() -> Self {
-        Self { positions: [0.0; SAMPLES], times: [0; SAMPLES], count: 0, step: 0.0 }
+        Self { positions: [0.0; SAMPLES], times: [0; SAMPLES], count: 0 }
+    }
+
+    /// As many samples as the line needs, `spacing_ns` apart on a line through `position` at
+    /// `time_ns` with `rate` for each ns.
+    pub fn settled(position: f64, rate: f64, time_ns: u64, spacing_ns: u64) -> Self {
+        let mut line = Self::new();
+        let places = line.positions.iter_mut().zip(&mut line.times);
+        for (back, (place, time)) in (0_u64..).zip(places) {
+            let before = spacing_ns.saturating_mul(back);
+            *place = position - rate * before as f64;
+            *time = time_ns.wrapping_sub(before);
+        }
+        line.count = SAMPLES;
+        line
     }
 
     /// The line goes through as many samples as it shall.
     pub const fn is_full(&self) -> bool {
         self.count >= SAMPLES
-    }
-
-    /// Movement expected until the next sample.
-    pub const fn step(&self) -> f64 {
-        self.step
     }
 
     /// Adds a sample; slope of the line, position for each ns. 0 with a single sample.
@@ -35,24 +43,22 @@ impl Slope {
         self.positions = [position, p0, p1, p2];
         self.times = [time_ns, t0, t1, t2];
         self.count = self.count.saturating_add(1).min(SAMPLES);
-        let slope = self.fit(position, time_ns);
-        let [newest, before, ..] = self.times;
-        self.step = slope * newest.saturating_sub(before) as f64;
-        slope
+        self.fit(position, time_ns)
     }
 
-    /// Least squares about the newest sample, which keeps the numbers small.
+    /// Least squares about the newest sample, which keeps the numbers small. Times wrap: a
+    /// settled line begins before the clock does.
     fn fit(&self, position: f64, time_ns: u64) -> f64 {
         let samples = || self.positions.iter().zip(&self.times).take(self.count);
         let share = 1.0 / self.count as f64;
         let (mut mean_time, mut mean_place) = (0.0, 0.0);
         for (place, time) in samples() {
-            mean_time -= time_ns.saturating_sub(*time) as f64 * share;
+            mean_time -= time_ns.wrapping_sub(*time) as f64 * share;
             mean_place += (place - position) * share;
         }
         let (mut product, mut square) = (0.0, 0.0);
         for (place, time) in samples() {
-            let distance = -(time_ns.saturating_sub(*time) as f64) - mean_time;
+            let distance = -(time_ns.wrapping_sub(*time) as f64) - mean_time;
             product += distance * (place - position - mean_place);
             square += distance * distance;
         }

@@ -53,6 +53,9 @@ pub struct Stops {
     entered: Twin,
     /// Bit mask of the stop that ended in STO.
     origin: Twin,
+    /// Bit mask of the stop that a violation ended in STO, its end state: while its request
+    /// stands, it stands (DEC-11, DEC-12).
+    violated: Twin,
     /// Bit n: stop n was interrupted by STO and its request has not gone since.
     interrupted: u16,
     /// How long the STO of a finished stop lasts at least, ns (DEC-48).
@@ -68,6 +71,7 @@ impl Stops {
             sto: Twin::flag(true),
             entered: Twin::time(0),
             origin: Twin::new(0),
+            violated: Twin::new(0),
             interrupted: 0,
             sto_least_ns: 0,
         }
@@ -126,9 +130,14 @@ impl Stops {
         let is_free = !demand.sto & demand.may_leave & (demand.stops == 0);
         if is_free {
             self.active = None;
-            self.sto = Twin::flag(false);
-            self.origin = Twin::new(0);
+            self.release();
         }
+    }
+
+    const fn release(&mut self) {
+        self.sto = Twin::flag(false);
+        self.origin = Twin::new(0);
+        self.violated = Twin::new(0);
     }
 
     /// A stop function is still on its way to its end state (DEC-15).
@@ -157,7 +166,7 @@ impl Stops {
 
     /// The request of what ended in this state is gone.
     pub fn is_released(&self, demand: &Demand) -> bool {
-        let origin = self.origin.get().unwrap_or(-1);
+        let origin = self.origin.get().unwrap_or(-1) | self.violated.get().unwrap_or(-1);
         let active = self.place().map_or(0, |place| 1 << (place & 15));
         i64::from(demand.stops) & (origin | active) == 0
     }
@@ -166,15 +175,15 @@ impl Stops {
         let (Some(entered), Some(origin)) = (self.entered.get_time(), self.origin.get()) else {
             return;
         };
+        let Some(violated) = self.violated.get() else { return };
         // DEC-48: visible for one cycle at least, so never left in the cycle it was entered.
         let is_finished_stop = origin != 0;
         let age = now.saturating_sub(entered);
         let too_young = is_finished_stop & (age < self.sto_least_ns.max(1));
-        let is_held = demand.sto | (i64::from(demand.stops) & origin != 0);
+        let is_held = demand.sto | (i64::from(demand.stops) & (origin | violated) != 0);
         let stays = is_held | too_young | !demand.may_leave;
         if !stays {
-            self.sto = Twin::flag(false);
-            self.origin = Twin::new(0);
+            self.release();
         }
     }
 
@@ -244,6 +253,8 @@ impl Stops {
             let is_own_reaction = matches!((breach, stop.spec.reaction), (Breach::Line, Reaction::Stop(_)));
             if !is_own_reaction {
                 self.enter_sto(0, now);
+                let is_end_state = stop.end == End::Sto;
+                self.violated = Twin::new(if is_end_state { 1 << (place & 15) } else { 0 });
             }
             return found(place, &stop.spec, breach, verdict.phase);
         }

@@ -31,6 +31,10 @@ pub struct Senses {
     pub(super) evaluation: Evaluation,
     pub(super) lines: inputs::Inputs,
     pub(super) motion: Motion,
+    /// Time stamp of the sample that `motion` came from, ns.
+    pub(super) sampled_ns: u64,
+    /// Sequence of the newest believed sample: the exchange number.
+    pub(super) exchange: u64,
     pub(super) acknowledges: Acknowledges,
     pub(super) published: [Option<Published>; 4],
     /// The partner said it drives, in its newest report.
@@ -42,6 +46,8 @@ pub struct Senses {
 pub struct Cells {
     /// Exchange number of the newest sample.
     pub exchange: u64,
+    /// The exchange has advanced in this cycle.
+    pub is_exchange_new: bool,
     /// Exchange number of the partner's newest report.
     pub partner_exchange: u64,
     /// Motion of this cycle; the last known when the encoder is not believed.
@@ -134,7 +140,8 @@ impl Monitor {
     pub(super) fn read(&mut self, inputs: &Inputs, is_settled: bool, now: u64) -> Cells {
         self.visit(1);
         let mut cells = Cells {
-            exchange: sound(&inputs.encoder).map_or(0, |cell| cell.sequence),
+            exchange: self.senses.exchange,
+            is_exchange_new: false,
             partner_exchange: sound(&inputs.partner).map_or(0, |cell| cell.payload.exchange),
             motion: self.senses.motion,
             word: Word::ZERO,
@@ -182,18 +189,27 @@ impl Monitor {
             cells.is_clock_off |= verdict.is_off;
         }
         let is_news = self.senses.encoder.observe(believed, now);
+        // A cell that fails is no sample: the exchange stands, as it does without news.
+        self.senses.exchange = believed.filter(|_| is_news).unwrap_or(self.senses.exchange);
+        cells.exchange = self.senses.exchange;
+        cells.is_exchange_new = is_news;
         cells.is_stale = self.is_stale(&self.senses.encoder, now);
         if let (Some(cell), true) = (sample, is_news & (self.plan.has_encoder | inputs.motion.is_some())) {
-            self.evaluate(inputs, cell, cells, now);
+            self.evaluate(inputs, cell, cells);
         }
         cells.motion = self.senses.motion;
         cells.is_plausible = !cells.is_stale & cells.encoder_fault.is_none() & inputs.image_sound;
     }
 
-    fn evaluate(&mut self, inputs: &Inputs, cell: &Sampled<Encoder>, cells: &mut Cells, now: u64) {
+    fn evaluate(&mut self, inputs: &Inputs, cell: &Sampled<Encoder>, cells: &mut Cells) {
         let evaluated = match inputs.motion {
             Some(exact) => {
-                Ok(Evaluated { position: exact.position, speed_mrpm: i64::from(exact.speed_mrpm) })
+                let seen = Evaluated { position: exact.position, speed_mrpm: i64::from(exact.speed_mrpm) };
+                if cells.is_settled {
+                    let spacing = self.setup.cycle_ns;
+                    self.senses.evaluation.settle(&cell.payload, cell.timestamp_ns, &seen, spacing);
+                }
+                Ok(seen)
             }
             None => self.senses.evaluation.evaluate(&cell.payload, cell.timestamp_ns),
         };
@@ -201,7 +217,8 @@ impl Monitor {
             Ok(seen) => {
                 let given = inputs.motion.and_then(|exact| exact.acceleration_mrpm_s);
                 let acceleration =
-                    given.unwrap_or_else(|| self.acceleration(seen.speed_mrpm, cells.is_settled));
+                    given.unwrap_or_else(|| self.acceleration(seen.speed_mrpm, cell, cells.is_settled));
+                self.senses.sampled_ns = cell.timestamp_ns;
                 self.senses.motion = Motion {
                     speed: seen.speed_mrpm,
                     position: seen.position,
@@ -214,17 +231,19 @@ impl Monitor {
                 cells.encoder_fault = Some(fault);
             }
         }
-        let _ = now;
     }
 
-    /// Change of speed over one cycle, 1/1000 rpm/s.
-    fn acceleration(&self, speed: i64, is_settled: bool) -> i64 {
+    /// Change of speed since the sample before, 1/1000 rpm/s.
+    fn acceleration(&self, speed: i64, cell: &Sampled<Encoder>, is_settled: bool) -> i64 {
         if is_settled | self.is_first {
             return 0;
         }
         let change = speed.saturating_sub(self.senses.motion.speed);
-        let cycle = self.setup.cycle_ns.max(1) as i64;
-        change.saturating_mul(1_000_000_000).checked_div(cycle).unwrap_or(i64::MAX)
+        // Skipped samples took their time; stamps that stand still count as one cycle.
+        let stamped = cell.timestamp_ns.saturating_sub(self.senses.sampled_ns);
+        let elapsed = if stamped == 0 { self.setup.cycle_ns } else { stamped };
+        let elapsed = elapsed.clamp(1, i64::MAX as u64) as i64;
+        change.saturating_mul(1_000_000_000).checked_div(elapsed).unwrap_or(i64::MAX)
     }
 
     fn read_io(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
@@ -264,6 +283,11 @@ impl Monitor {
     fn read_partner(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
         let partner: Option<&Sampled<Report>> = sound(&inputs.partner);
         let is_news = self.senses.partner.observe(partner.map(|cell| cell.payload.exchange), now);
+        let stand_together = !is_news & !cells.is_exchange_new;
+        if stand_together {
+            // DEC-23 counts exchange cycles: a producer that stands still is not the partner's loss.
+            self.senses.partner.hold(self.setup.cycle_ns);
+        }
         let is_lost = self.senses.partner.is_stale(3, self.setup.cycle_ns, now);
         cells.is_partner_lost = is_lost & !cells.is_settled;
         if is_lost {
@@ -295,7 +319,7 @@ impl Monitor {
 
     fn note_published(&mut self, published: Option<Published>) {
         let [newest, ..] = self.senses.published;
-        let is_new = published.is_some_and(|new| newest.is_none_or(|old| old.exchange != new.exchange));
+        let is_new = published.is_some_and(|new| newest != Some(new));
         if is_new {
             let [first, second, third, _] = self.senses.published;
             self.senses.published = [published, first, second, third];

@@ -1,13 +1,14 @@
 //! The AMK profile through whole steps, to the cycle.
 
-use shm_schema::exchange::Start;
+use shm_schema::encoder::Encoder;
+use shm_schema::exchange::{CellFault, Inputs, Published, Start};
 use shm_schema::facts::amk_kw::{control, status as shown};
 use shm_schema::profile::Profile;
 use shm_schema::report::{Phase, Stop};
 use std::vec;
 use std::vec::Vec;
 
-use crate::testing::{Rig, World, codes, status};
+use crate::testing::{MS, Rig, World, codes, status};
 
 const NEUTRAL: u32 = 0x0000_7E7F;
 
@@ -124,6 +125,27 @@ fn ss1_trips_on_the_first_deviation_from_the_line() {
     };
     assert_eq!(run(0), (Some(990), vec![]));
     assert_eq!(run(1), (Some(500), vec![[3606, 101, 0, 14]]));
+}
+
+/// DEC-11, DEC-12: what a violation ended in its end state stands while its request stands.
+#[test]
+fn a_violated_ss1_stays_in_sto_until_its_request_is_gone() {
+    let mut rig = amk(&[(18, 0), (20, 1000), (21, 30)]);
+    rig.world.speed = 2_000_000;
+    rig.step();
+    rig.world.word = request(control::SS1);
+    rig.step();
+    assert_eq!(codes(&rig.step()), [[3606, 101, 0, 14]]);
+    rig.world.speed = 0;
+    rig.step();
+    rig.world.word = request(control::SS1) | 1 << control::ERROR_ACK;
+    for _ in 0..50 {
+        let stands = rig.step();
+        assert_eq!((codes(&stands).len(), stands.report.stop), (0, Stop::Sto));
+        assert!(!bit(&stands, shown::SS1_ACTIVE) & !stands.inhibit.permit);
+    }
+    rig.world.word = NEUTRAL;
+    assert_eq!(rig.step().report.stop, Stop::None);
 }
 
 /// DEC-48: a stop whose request has gone before its end is visible for one cycle.
@@ -291,7 +313,7 @@ fn inputs_request_their_functions_after_the_filter_time() {
     rig.world.pairs = 0b1011;
     // Glitch filter and time filter, 250 µs each, pass within one cycle of 16 samples.
     let off = rig.step();
-    assert_eq!((off.report.stop, off.report.inputs), (Stop::Sto, 0b1011));
+    assert_eq!((off.report.stop, off.report.inputs), (Stop::Sto, 0b0011));
 }
 
 /// DEC-18, architecture: frozen from cycle k on, the path is dropped in cycle k + 2.
@@ -313,6 +335,63 @@ fn a_frozen_sample_drops_the_path_in_the_third_cycle() {
         })
         .collect();
     assert_eq!(dropped, [true, true, false, false]);
+}
+
+/// The encoder cell of cycle `k`, with raw signals only.
+fn raw(position: f64, k: u64, inputs: &mut Inputs) {
+    inputs.motion = inputs.motion.filter(|_| k == 0);
+    inputs.encoder = crate::testing::cell(k + 1, k * MS, crate::testing::sine(position, 16_384.0));
+}
+
+/// Design 10: raw signals trip nothing and leave no gap; a skipped sample is a missed exchange.
+#[test]
+fn a_settled_start_with_raw_signals_runs_through_skipped_samples() {
+    for (rpm, rpm_s) in [(0.0, 0.0), (2_900.0, 0.0), (0.0, 3_000.0)] {
+        let mut rig = amk(&[(2, 50), (3, 16)]);
+        let at = |k: u64| 65_536.0 / 60.0 * (rpm * k as f64 / 1e3 + rpm_s * (k * k) as f64 / 2e6);
+        rig.world.speed = rpm as i64 * 1_000;
+        for cycle in 0..900 {
+            // Two of ten samples are not seen; what comes then carries their numbers and time.
+            let k = if matches!(cycle % 10, 8 | 9) { cycle - cycle % 10 + 7 } else { cycle };
+            let outputs = rig.step_with(|inputs| raw(at(k), k, inputs));
+            assert_eq!((codes(&outputs), outputs.inhibit.permit), (vec![], true), "{rpm} {rpm_s} {cycle}");
+        }
+    }
+}
+
+/// DEC-23 counts exchange cycles; architecture: a cell fault counts as no sample.
+#[test]
+fn a_producer_that_stands_still_is_no_lost_partner() {
+    for is_corrupt in [false, true] {
+        let mut rig = amk(&[]);
+        for _ in 0..5 {
+            rig.step();
+        }
+        let permits: Vec<bool> = (0..10)
+            .map(|_| {
+                let outputs = rig.step_with(|inputs| {
+                    // Reports go on under the same exchange number, with new check sums.
+                    if let Ok(cell) = &mut inputs.agreement {
+                        cell.payload.echo_b.exchange = 5;
+                    }
+                    inputs.published = inputs.published.map(|own| Published { exchange: 5, ..own });
+                    inputs.encoder = if is_corrupt {
+                        Err(CellFault::CheckSum)
+                    } else {
+                        crate::testing::cell(5, 4 * MS, Encoder::default())
+                    };
+                });
+                assert_eq!(outputs.report.exchange, 5);
+                assert!(!codes(&outputs).contains(&[3606, 13, 1, 0]));
+                outputs.inhibit.permit
+            })
+            .collect();
+        assert_eq!(permits[..4], [true, true, false, false]);
+        // When the producer goes on, so do both.
+        for _ in 0..5 {
+            assert!(!codes(&rig.step()).contains(&[3606, 13, 1, 0]));
+        }
+    }
 }
 
 /// DEC-23: a partner that does not advance for three cycles.

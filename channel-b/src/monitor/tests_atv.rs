@@ -144,6 +144,19 @@ fn type_2_brakes_along_the_line_and_waits_below_standstill() {
     assert_eq!(run(&mut sls(2), word, starts), (Some(50), vec![]));
 }
 
+/// ATV-SLS-01, ATV-SLST2-01: monitored, and shown, from the activation on.
+#[test]
+fn sls_is_shown_from_its_activation_until_it_is_violated() {
+    let mut rig = sls(2);
+    rig.world.speed = 40 * HZ;
+    rig.step();
+    rig.world.word = with(control::SLS);
+    assert!(bit(&rig.step(), shown::SLS));
+    rig.world.speed = 43 * HZ;
+    let violated = rig.step();
+    assert_eq!((numbers(&violated), bit(&violated, shown::SLS)), (vec![0x0A9], false));
+}
+
 /// ATV-SLST3-01, ATV-SLST3-05, ATV-SLST6-01.
 #[test]
 fn types_3_and_6_stop_from_above_the_threshold() {
@@ -191,6 +204,8 @@ fn sms_follows_its_mode_and_switch() {
     assert_eq!(trips(2, true, 30 * HZ + 1), [0x0B4]);
     assert_eq!(trips(3, false, 90 * HZ), []);
     assert_eq!(trips(3, true, 90 * HZ), [0x0B4]);
+    // ATV-SMS-14: one threshold leaves nothing to switch.
+    assert_eq!(trips(1, true, 0), [0x158]);
 }
 
 /// ATV-PSF-07, ATV-SS1-18, ATV-SLS-13, ATV-SMS-14, DEC-33.

@@ -53,6 +53,9 @@ fn ss1_by_time_ends_at_its_time_or_after_the_dwell_time() {
     let dwell = [AUTOMATIC, (etg::SS1, 1, 1, 800), (etg::SS1, 1, 2, 10), (etg::SS1, 1, 3, 100)];
     // Inside 10 rpm from 248 ms on.
     assert_eq!(run(&mut set(&dwell), word, stop), (Some(348), vec![]));
+    // DEC-05: without a dwell time the whole time passes, at standstill too.
+    let zero = [AUTOMATIC, (etg::SS1, 1, 1, 800), (etg::SS1, 1, 2, 10)];
+    assert_eq!(run(&mut set(&zero), word, |_| 0), (Some(800), vec![]));
     let fast = run(&mut set(&dwell), word, |_| 1_000_000);
     assert_eq!(fast, (Some(800), vec![[etg::SS1 << 16 | 0x101, 0, 0, 0]]));
 }
@@ -104,7 +107,8 @@ fn ss2_ends_in_the_sos_of_its_number() {
         (Some(300), vec![[etg::SS2 << 16 | 0x202, 0, 0, 0]])
     );
     let mut rig = set(&rows);
-    assert_eq!(run(&mut rig, word, |e| (900_000 - e * 4_000).max(0)), (Some(224), vec![]));
+    // DEC-05: without a dwell time standstill ends nothing early.
+    assert_eq!(run(&mut rig, word, |e| (900_000 - e * 4_000).max(0)), (Some(300), vec![]));
     rig.world.position = 50;
     let stands = rig.step();
     assert!(bit(&stands, shown::SOS_2) & stands.inhibit.permit);

@@ -289,7 +289,8 @@ impl Logic {
             (is_reserved, sme::RESERVED_BIT),
             (ss1 & !self.has_ss1, sme::SS1_UNUSED),
             (sls & !self.has_sls, sme::SLS_UNUSED),
-            (switch & (self.mode == 0), sme::SMS_UNUSED),
+            // ATV-SMS-14: only the modes 2 thresholds and Maintenance have a use for the bit.
+            (switch & !matches!(self.mode, 2 | 3), sme::SMS_UNUSED),
         ];
         for (is_wrong, number) in refused {
             if is_wrong {
@@ -377,11 +378,15 @@ impl Logic {
         }
     }
 
-    /// Restart required and the selected threshold.
+    /// Restart required, SLS from its activation on (ATV-SLST2-01: the line is monitored
+    /// from then on), and the selected threshold.
     pub fn show(&self, word: Word, stops: &Stops, bank: &Bank) -> Word {
         let ended = stops.in_sto() & ((stops.origin() != 0) | (self.limited == Limited::Standing));
         let is_second = self.second & bank.is_active(status::SMS);
-        word.with(status::RESTART_REQUIRED, ended).with(status::SMS_THRESHOLD_2, is_second)
+        let is_limited = bank.is_active(status::SLS);
+        word.with(status::RESTART_REQUIRED, ended)
+            .with(status::SLS, is_limited)
+            .with(status::SMS_THRESHOLD_2, is_second)
     }
 
     /// Braking of SS1 and the limits of SLS (ATV-SS1-05, ATV-SLS-01).

@@ -175,9 +175,9 @@ impl<'a> Builder<'a> {
         limits.into_iter().fold(0, i64::max).saturating_mul(RPM)
     }
 
-    /// Delay, line and times of SS1, SS2, SSR, SLS. `dwell_at_once`: a zero window without a
-    /// dwell time ends the time variant at once (ETG-SEQ-01).
-    fn approach(&self, function: u32, instance: u32, window: &Range, dwell_at_once: bool) -> Approach {
+    /// Delay, line and times of SS1, SS2, SSR, SLS. Without a dwell time nothing but the line
+    /// or the whole time ends it (DEC-05).
+    fn approach(&self, function: u32, instance: u32, window: &Range) -> Approach {
         let row = TIMED.iter().find(|row| row.0 == function);
         let Some((_, [time, dwell, slope, delay, _])) = row else { return Approach::NONE };
         let ms = |object: u32| self.find(function, instance, object).map(|time| time.saturating_mul(MS_NS));
@@ -190,17 +190,12 @@ impl<'a> Builder<'a> {
             None if has_line => Slope::over(self.largest_change(window), length),
             None => Slope::NONE,
         };
-        let is_waiting = (timeout_ns > 0) | has_line;
         Approach {
             delay_ns: delay_ns.unwrap_or(0),
             slope,
             timeout_ns,
             timeout_strict: true,
-            dwell_ns: match ms(*dwell) {
-                Some(dwell) => dwell,
-                None if dwell_at_once & !has_line & is_waiting => 0,
-                None => -1,
-            },
+            dwell_ns: ms(*dwell).unwrap_or(-1),
             ..Approach::NONE
         }
     }
@@ -234,7 +229,7 @@ impl<'a> Builder<'a> {
         let base = self.base(etg::SS1, instance);
         let zero = self.find(etg::SS1, instance, 2);
         let window = Range::around_zero(Quantity::Speed, zero.unwrap_or(0).saturating_mul(RPM));
-        let mut approach = self.approach(etg::SS1, instance, &window, zero.is_some());
+        let mut approach = self.approach(etg::SS1, instance, &window);
         // ETG-SS1-11: the end of the time is an error only where the zero window is used.
         approach.timeout_strict = zero.is_some();
         if zero.is_none() {
@@ -258,7 +253,7 @@ impl<'a> Builder<'a> {
         let (_, standing_status) = self.bits(etg::SOS, instance);
         let zero = self.find(etg::SOS, instance, 2);
         let window = Range::around_zero(Quantity::Speed, zero.unwrap_or(0).saturating_mul(RPM));
-        let mut approach = self.approach(etg::SS2, instance, &window, zero.is_some());
+        let mut approach = self.approach(etg::SS2, instance, &window);
         approach.timeout_strict = zero.is_some();
         let travel = self.find(etg::SOS, instance, 1);
         let hold = travel.map_or(Range::OPEN, |half| Range::around_zero(Quantity::Travel, half));
@@ -325,7 +320,7 @@ impl<'a> Builder<'a> {
     }
 
     fn add_timed(&mut self, function: u32, instance: u32, window: Range) {
-        let approach = self.approach(function, instance, &window, false);
+        let approach = self.approach(function, instance, &window);
         let object = TIMED.iter().find(|row| row.0 == function).map_or(0, |row| row.1[4]);
         let reaction = self.reaction(function, instance, object);
         let base = self.base(function, instance);
