@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use shm_schema::agreement::{Agreement, Echo, PathTest};
 use shm_schema::command::{Command, CommandSource};
-use shm_schema::encoder::Encoder;
+use shm_schema::encoder::{Encoder, Slot, SlotKind};
 use shm_schema::exchange::{CellFault, Inputs, Motion, Outputs, Published, Sampled, Setup, Start};
 use shm_schema::image::{MAGIC, VERSION};
 use shm_schema::inhibit::Readback;
@@ -53,6 +53,8 @@ pub struct Bench {
     pub rpm: f64,
     pub position: i64,
     pub travel: bool,
+    /// Raw signals of a sine encoder with 1,024 periods; the motion only in the first cycle.
+    pub raw: bool,
     pub lines: [bool; 4],
     pub partner: Option<Report>,
     pub partner_changes: fn(&mut Report),
@@ -86,6 +88,7 @@ impl Bench {
             rpm: 0.0,
             position: 0,
             travel: true,
+            raw: false,
             lines: [true; 4],
             partner: None,
             partner_changes: |_| {},
@@ -116,8 +119,18 @@ impl Bench {
         if self.encoder_alive {
             self.encoder_sequence = (self.k as f64 / self.stretch) as u64 + 1;
         }
-        let encoder =
-            Encoder { torque_ppm: self.torque_ppm, period_ns: MILLISECOND as u32, ..Encoder::default() };
+        let encoder = Encoder {
+            slots: if self.raw { [self.sine_slot(); 2] } else { [Slot::default(); 2] },
+            torque_ppm: self.torque_ppm,
+            period_ns: MILLISECOND as u32,
+            ..Encoder::default()
+        };
+        let exact = Motion {
+            position: self.position,
+            speed_mrpm: (self.rpm * 1_000.0).round() as i32,
+            acceleration_mrpm_s: self.acceleration,
+        };
+        let only_raw = self.raw && self.k > 0;
         let pattern = |high: bool| if high { u64::MAX } else { 0 };
         let lines = self.lines.map(pattern);
         let io = Io {
@@ -159,11 +172,7 @@ impl Bench {
                 timestamp_ns: self.stamp(),
                 ..cell(self.encoder_sequence.max(1), encoder)
             }),
-            motion: Some(Motion {
-                position: self.position,
-                speed_mrpm: (self.rpm * 1_000.0).round() as i32,
-                acceleration_mrpm_s: self.acceleration,
-            }),
+            motion: if only_raw { None } else { Some(exact) },
             io: Ok(cell(self.k + 1, io)),
             command: if self.command_alive { Ok(cell(self.k + 1, command)) } else { Err(CellFault::Missing) },
             partner: self.partner.map(|report| cell(report.exchange + 1, report)).ok_or(CellFault::Missing),
@@ -173,6 +182,24 @@ impl Bench {
             overruns: 0,
             image_sound: true,
         }
+    }
+
+    fn sine_slot(&self) -> Slot {
+        let periods = self.turned / 65_536.0 * 1_024.0;
+        let (sine, cosine) = (periods * core::f64::consts::TAU).sin_cos();
+        Slot {
+            kind: SlotKind::SineCosine,
+            sine: (sine * 16_384.0).round() as i16,
+            cosine: (cosine * 16_384.0).round() as i16,
+            count: (periods * 4.0).floor() as i32,
+            ..Slot::default()
+        }
+    }
+
+    /// The host sleeps for so many cycles; the world goes on.
+    pub fn stall(&mut self, cycles: u64) {
+        self.turned += self.rpm / 60_000.0 * 65_536.0 * cycles as f64;
+        self.k += cycles;
     }
 
     /// When the newest sample was taken.

@@ -4,6 +4,7 @@ mod amk_functions;
 mod amk_life;
 mod atv;
 mod bench;
+mod encoder;
 mod etg;
 mod lenze;
 mod robust;

@@ -42,8 +42,10 @@ impl Random {
         loop {
             let octets: Vec<u8> =
                 (0..T::LENGTH.div_ceil(8)).flat_map(|_| self.number().to_le_bytes()).collect();
-            let sparse: Vec<u8> =
-                octets.iter().map(|octet| if self.next() % 3 == 0 { *octet } else { octet & 1 }).collect();
+            let sparse: Vec<u8> = octets
+                .iter()
+                .map(|octet| if self.next().is_multiple_of(3) { *octet } else { octet & 1 })
+                .collect();
             if let Some(payload) = T::take(&mut Source::new(&sparse)) {
                 return payload;
             }
@@ -51,11 +53,11 @@ impl Random {
     }
 
     fn cell<T: Wire>(&mut self, near: u64) -> Received<T> {
-        if self.next() % 8 == 0 {
+        if self.next().is_multiple_of(8) {
             return Err(CellFault::CheckSum);
         }
-        let time = if self.next() % 4 == 0 { self.number() } else { near };
-        let sequence = if self.next() % 4 == 0 { self.number() } else { near / 1_000_000 };
+        let time = if self.next().is_multiple_of(4) { self.number() } else { near };
+        let sequence = if self.next().is_multiple_of(4) { self.number() } else { near / 1_000_000 };
         Ok(Sampled { sequence, timestamp_ns: time, crc32: 0, payload: self.payload() })
     }
 
@@ -63,17 +65,17 @@ impl Random {
         let motion = Motion {
             position: self.number() as i64,
             speed_mrpm: self.number() as i32,
-            acceleration_mrpm_s: (self.next() % 2 == 0).then(|| self.number() as i64),
+            acceleration_mrpm_s: self.next().is_multiple_of(2).then(|| self.number() as i64),
         };
         Inputs {
             encoder: self.cell::<Encoder>(now_ns),
-            motion: (self.next() % 2 == 0).then_some(motion),
+            motion: self.next().is_multiple_of(2).then_some(motion),
             io: self.cell::<Io>(now_ns),
             command: self.cell::<Command>(now_ns),
             partner: self.cell::<Report>(now_ns),
             agreement: self.cell::<Agreement>(now_ns),
             readback: self.cell::<Readback>(now_ns),
-            published: (self.next() % 2 == 0)
+            published: (self.next().is_multiple_of(2))
                 .then(|| Published { exchange: self.number(), crc32: self.number() as u32 }),
             overruns: self.number() as u8,
             image_sound: self.next() % 16 != 0,
