@@ -78,7 +78,7 @@ impl Random {
             published: (self.next().is_multiple_of(2))
                 .then(|| Published { exchange: self.number(), crc32: self.number() as u32 }),
             overruns: self.number() as u8,
-            image_sound: self.next() % 16 != 0,
+            image_sound: !self.next().is_multiple_of(16),
         }
     }
 }
@@ -107,7 +107,7 @@ fn no_input_and_no_parameter_makes_a_step_panic() {
         let profile = PROFILES[(round % 4) as usize];
         let entries: Vec<(u32, i64)> = keys(profile)
             .into_iter()
-            .map(|key| (key, i64::from(random.number() as i32), random.next() % 7 != 0))
+            .map(|key| (key, i64::from(random.number() as i32), !random.next().is_multiple_of(7)))
             .filter(|(_, _, named)| *named)
             .map(|(key, value, _)| (key, value))
             .collect();
@@ -123,7 +123,7 @@ fn no_input_and_no_parameter_makes_a_step_panic() {
             monitor.force_operational();
         }
         for k in 0..300_u64 {
-            let now_ns = if random.next() % 16 == 0 { random.number() } else { k * 1_000_000 };
+            let now_ns = if random.next().is_multiple_of(16) { random.number() } else { k * 1_000_000 };
             let outputs = monitor.step(&random.inputs(now_ns), now_ns);
             let ready_first = !outputs.report.driving | outputs.report.ready | (round % 2 == 0);
             assert!(ready_first, "{round} {k}");
