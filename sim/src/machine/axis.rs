@@ -127,9 +127,15 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
 
     /// One cycle. Afterwards [`Self::views`] show a, b and crosscheck.
     pub fn step(&mut self, stimulus: &Stimulus) {
+        self.step_between(stimulus, &[]);
+    }
+
+    /// One cycle with levels of the lines since the cycle before: each from so many
+    /// nanoseconds before this cycle on, oldest first.
+    pub fn step_between(&mut self, stimulus: &Stimulus, between: &[(u64, Lines)]) {
         let faults = stimulus.faults;
         let now_ns = EPOCH_NS.wrapping_add(self.cycle.wrapping_mul(self.options.cycle_ns));
-        self.sample(stimulus, now_ns);
+        self.sample(stimulus, between, now_ns);
         self.a.inputs.partner = self.b.report;
         self.step_a(faults, now_ns);
         self.b.inputs.partner = corrupted(self.a.report, faults.has(Fault::CorruptReportA));
@@ -166,7 +172,7 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
         self.cycle
     }
 
-    fn sample(&mut self, stimulus: &Stimulus, now_ns: u64) {
+    fn sample(&mut self, stimulus: &Stimulus, between: &[(u64, Lines)], now_ns: u64) {
         let sample = EncoderSample {
             sequence: self.cycle + 1,
             now_ns,
@@ -191,6 +197,8 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
         self.b.sense(&sample, &stimulus.motion_b, fine_b, freeze_b);
         self.a.receive(stimulus, &sample, agreement, readback);
         self.b.receive(stimulus, &sample, agreement, readback);
+        self.a.amend(between);
+        self.b.amend(between);
     }
 
     fn step_a(&mut self, faults: Faults, now_ns: u64) {
@@ -353,6 +361,12 @@ impl<T: Channel> Side<T> {
         if let Ok(cell) = &mut self.inputs.command {
             (cell.sequence, cell.timestamp_ns, cell.crc32) = (sequence, timestamp_ns, crc32);
             fill(&mut cell.payload, stimulus);
+        }
+    }
+
+    fn amend(&mut self, between: &[(u64, Lines)]) {
+        if let Ok(cell) = &mut self.inputs.io {
+            between.iter().for_each(|(since_ns, lines)| lines.amend(&mut cell.payload, *since_ns));
         }
     }
 

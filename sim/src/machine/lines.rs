@@ -29,13 +29,24 @@ impl Lines {
         io
     }
 
-    /// Adds the samples of one cycle to the patterns.
+    /// Adds the samples of one cycle to the patterns: only the newest one is taken at the time
+    /// of the cycle, those before it lie between the cycles and have the level that held then.
     pub fn sample(&self, io: &mut Io, cycle_ns: u64) {
         let samples = cycle_ns / SAMPLE_NS;
         let shift = samples.min(63) as u32;
         io.samples = io.samples.wrapping_add(samples);
         self.each(io, |pattern, level| {
-            *pattern = *pattern << shift | pattern_of(level) & !(u64::MAX << shift);
+            let held = pattern_of(*pattern & 1 == 1) & !(u64::MAX << shift) & !1;
+            *pattern = *pattern << shift | held | u64::from(level);
+        });
+    }
+
+    /// Sets the samples since `since_ns` before the newest one to these levels.
+    pub fn amend(&self, io: &mut Io, since_ns: u64) {
+        let count = (since_ns / SAMPLE_NS + 1).min(63);
+        let recent = !(u64::MAX << count);
+        self.each(io, |pattern, level| {
+            *pattern = *pattern & !recent | pattern_of(level) & recent;
         });
     }
 
@@ -68,8 +79,22 @@ mod tests {
         lines.pairs[1] = (false, true);
         lines.sample(&mut io, 1_000_000);
         assert_eq!(io.samples, 80);
-        assert_eq!((io.line_1[1], io.line_2[1]), (u64::MAX << 16, u64::MAX));
+        assert_eq!((io.line_1[1], io.line_2[1]), (u64::MAX << 1, u64::MAX));
         lines.sample(&mut io, 250_000);
-        assert_eq!(io.line_1[1], u64::MAX << 20);
+        assert_eq!(io.line_1[1], u64::MAX << 5);
+    }
+
+    #[test]
+    fn a_level_holds_from_its_own_time_on() {
+        let mut lines = Lines::default();
+        let mut io = lines.settled();
+        lines.sample(&mut io, 1_000_000);
+        lines.pairs[0].0 = false;
+        // 0.25 ms before the newest sample: that one, and the four before it.
+        lines.amend(&mut io, 250_000);
+        assert_eq!(io.line_1[0], u64::MAX << 5);
+        lines.pairs[0].0 = true;
+        lines.amend(&mut io, 62_499);
+        assert_eq!(io.line_1[0], u64::MAX << 5 | 1);
     }
 }

@@ -17,6 +17,8 @@ use sim::trace::{Fault, Faults};
 
 /// Noise of sine and cosine, counts each way.
 const NOISE: i16 = 6;
+/// Longest step of the drive's own control, ns.
+const MOTOR_STEP_NS: u64 = 1_000_000;
 /// Below this magnitude the drive says its speed is zero, 1/1000 rpm.
 const STANDSTILL_MRPM: i32 = 5_000;
 
@@ -26,6 +28,22 @@ pub struct Drives {
     axes: Vec<Drive>,
     cycle_ns: u64,
     elapsed_ns: u64,
+    last_ns: Option<u64>,
+}
+
+/// One wake-up.
+#[derive(Debug, Clone, Copy)]
+struct Moment {
+    /// Cycles since the wake-up before: more than one when the host stalled.
+    cycles: u64,
+    /// Length of a cycle, ns.
+    cycle_ns: u64,
+    /// True time since the wake-up before, ns: what the shaft turned for.
+    passed_ns: u64,
+    /// Time since the start, ms.
+    now_ms: u64,
+    /// CLOCK_MONOTONIC, ns.
+    now_ns: u64,
 }
 
 #[derive(Debug)]
@@ -60,7 +78,7 @@ impl Drives {
         let numbers: Vec<u8> = sets.iter().map(|set| set.number).collect();
         let cells = cells(domain, &numbers)?;
         let axes = sets.iter().zip(cells).map(|(set, cells)| Drive::new(set, cells)).collect();
-        Ok(Self { axes, cycle_ns, elapsed_ns: 0 })
+        Ok(Self { axes, cycle_ns, elapsed_ns: 0, last_ns: None })
     }
 
     /// Hands an instruction to its axis.
@@ -76,12 +94,16 @@ impl Drives {
         }
     }
 
-    /// One wake-up after `cycles` cycles.
+    /// One wake-up after `cycles` cycles, at `now_ns` on CLOCK_MONOTONIC.
     pub fn step(&mut self, cycles: u64, now_ns: u64) {
-        self.elapsed_ns += cycles * self.cycle_ns;
-        let passed_ns = cycles * self.cycle_ns;
+        let nominal_ns = cycles * self.cycle_ns;
+        self.elapsed_ns += nominal_ns;
+        let passed_ns = self.last_ns.map_or(nominal_ns, |last_ns| now_ns.saturating_sub(last_ns));
+        self.last_ns = Some(now_ns);
+        let now_ms = self.elapsed_ns / 1_000_000;
+        let moment = Moment { cycles, cycle_ns: self.cycle_ns, passed_ns, now_ms, now_ns };
         for drive in &mut self.axes {
-            drive.step(passed_ns, self.elapsed_ns / 1_000_000, now_ns);
+            drive.step(&moment);
         }
     }
 }
@@ -127,18 +149,18 @@ impl Drive {
         }
     }
 
-    fn step(&mut self, passed_ns: u64, now_ms: u64, now_ns: u64) {
+    fn step(&mut self, moment: &Moment) {
         self.evaluate();
-        self.move_on(passed_ns);
+        self.move_on(moment.passed_ns);
         let readback = Readback {
             path_a: self.evaluators[0].on(),
             path_b: self.evaluators[1].on(),
             edges_a: self.evaluators[0].seen(),
             edges_b: self.evaluators[1].seen(),
         };
-        self.cells.readback.publish(&readback, now_ns);
-        self.publish_encoder(passed_ns, now_ns);
-        self.publish_inputs(passed_ns, now_ms, now_ns);
+        self.cells.readback.publish(&readback, moment.now_ns);
+        self.publish_encoder(moment);
+        self.publish_inputs(moment);
     }
 
     /// A cell that cannot be read drives nothing.
@@ -168,12 +190,18 @@ impl Drive {
         }
         let paths = self.evaluators.iter().all(Evaluator::on);
         let energised = paths & self.control.drive_enabled;
-        self.motor.step(passed_ns as f64 / 1e9, energised, &self.request);
+        // The drive's own control runs on while the host stalls.
+        let parts = passed_ns.div_ceil(MOTOR_STEP_NS);
+        let seconds = passed_ns as f64 / parts as f64 / 1e9;
+        (0..parts).for_each(|_| self.motor.step(seconds, energised, &self.request));
     }
 
-    fn publish_encoder(&mut self, passed_ns: u64, now_ns: u64) {
+    /// The sequence counts cycles, so that a stall of the host shows as missed exchanges and
+    /// not as a clock that runs slow.
+    fn publish_encoder(&mut self, moment: &Moment) {
         let faults = self.control.faults;
         if faults.has(Fault::StaleEncoder) {
+            self.cells.encoder.skip(moment.cycles);
             return;
         }
         self.sense(faults);
@@ -183,9 +211,10 @@ impl Drive {
             drive_position: self.motor.position(),
             frequency_mhz: (i64::from(speed_mrpm) * self.pole_pairs / 60) as i32,
             torque_ppm: self.motor.torque_ppm(),
-            period_ns: passed_ns as u32,
+            period_ns: moment.cycle_ns as u32,
         };
-        self.cells.encoder.publish(&sample, now_ns);
+        self.cells.encoder.skip(moment.cycles.saturating_sub(1));
+        self.cells.encoder.publish(&sample, moment.now_ns);
         if faults.has(Fault::CorruptEncoder) {
             corrupt(&mut self.cells.encoder, &sample);
         }
@@ -202,12 +231,12 @@ impl Drive {
         }
     }
 
-    fn publish_inputs(&mut self, passed_ns: u64, now_ms: u64, now_ns: u64) {
-        let (word, mut lines) = self.control.show(now_ms);
+    fn publish_inputs(&mut self, moment: &Moment) {
+        let (word, mut lines) = self.control.show(moment.now_ms);
         lines.outputs = self.request.outputs;
         let io = self.io.get_or_insert_with(|| lines.settled());
-        lines.sample(io, passed_ns);
-        self.cells.io.publish(io, now_ns);
+        lines.sample(io, moment.cycles * moment.cycle_ns);
+        self.cells.io.publish(io, moment.now_ns);
         let command = Command {
             source: CommandSource::Plain,
             clear_error: self.control.clear_error,
@@ -216,7 +245,7 @@ impl Drive {
             word,
             ..Command::default()
         };
-        self.cells.command.publish(&command, now_ns);
+        self.cells.command.publish(&command, moment.now_ns);
     }
 }
 

@@ -59,17 +59,34 @@ impl Periodic {
         Self { cycle_ns, next_ns: boundary + phase_ns }
     }
 
-    /// Sleeps until the next boundary; returns how many cycles have passed, more than one
-    /// when boundaries were missed.
+    /// Sleeps until the next boundary; returns how many cycles have passed. After a late
+    /// wake-up the boundaries that were missed are skipped, not made up for.
     pub fn wait(&mut self) -> u64 {
-        let late_ns = now_ns().saturating_sub(self.next_ns);
-        let missed = late_ns / self.cycle_ns;
-        self.next_ns += missed * self.cycle_ns;
         let seconds = (self.next_ns / SECOND_NS) as i64;
         let deadline = TimeSpec::new(seconds, (self.next_ns % SECOND_NS) as i64);
         let absolute = ClockNanosleepFlags::TIMER_ABSTIME;
         while clock_nanosleep(ClockId::CLOCK_MONOTONIC, absolute, &deadline) == Err(Errno::EINTR) {}
-        self.next_ns += self.cycle_ns;
-        1 + missed
+        self.passed(now_ns())
+    }
+
+    /// Boundaries up to `now_ns`, at least one; the next is the first one behind it.
+    fn passed(&mut self, now_ns: u64) -> u64 {
+        let cycles = 1 + now_ns.saturating_sub(self.next_ns) / self.cycle_ns;
+        self.next_ns += cycles * self.cycle_ns;
+        cycles
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missed_boundaries_are_skipped_and_counted() {
+        let mut clock = Periodic { cycle_ns: 1_000, next_ns: 10_000 };
+        assert_eq!(clock.passed(10_050), 1);
+        assert_eq!(clock.passed(14_300), 4, "11, 12, 13 and 14 are one wake-up");
+        assert_eq!(clock.passed(15_000), 1, "and the one after is on time");
+        assert_eq!(clock.next_ns, 16_000);
     }
 }

@@ -13,7 +13,7 @@ use shm_schema::exchange::{Motion, Start};
 
 use crate::machine::{Axis, Cores, Lines, Options, Source, Stimulus, View, Wiring};
 use crate::signals::FINE;
-use crate::trace::{AxisTrace, CYCLE_NS, Cursor, Faults, Instant, Trace};
+use crate::trace::{AxisTrace, CYCLE_NS, Cursor, Faults, Instant, Step, Trace};
 
 /// Boot nonce of a replayed run: nothing may depend on it.
 const BOOT_NONCE: u32 = 1;
@@ -87,7 +87,16 @@ impl<'a> Lane<'a> {
     fn step(&mut self, at_ns: i64) {
         let instant = self.cursor.at(at_ns);
         let fine = if self.raw { Some(self.cursor.fine(at_ns, FINE)) } else { None };
-        self.axis.step(&stimulus(&instant, fine, &self.words));
+        let stimulus = stimulus(&instant, fine, &self.words);
+        let rows = self.cursor.between().rows();
+        // A row at the time of the cycle is the newest sample's own; the first row stood for ever.
+        if (at_ns == 0) | rows.iter().all(|(from_ns, _)| *from_ns == at_ns) {
+            self.axis.step(&stimulus);
+            return;
+        }
+        let level = |(from_ns, step): &(i64, Step)| ((at_ns - from_ns) as u64, lines(step));
+        let between: Vec<_> = rows.iter().map(level).collect();
+        self.axis.step_between(&stimulus, &between);
     }
 
     /// Calls `write` for each source that changed; returns whether torque fell.
@@ -110,6 +119,10 @@ impl<'a> Lane<'a> {
     }
 }
 
+fn lines(step: &Step) -> Lines {
+    Lines { pairs: step.pairs, ais: step.ais, aie: step.aie, ..Lines::default() }
+}
+
 fn stimulus(instant: &Instant, fine: Option<[i64; 2]>, words: &Words) -> Stimulus {
     let step = &instant.step;
     Stimulus {
@@ -118,7 +131,7 @@ fn stimulus(instant: &Instant, fine: Option<[i64; 2]>, words: &Words) -> Stimulu
         fine,
         torque_ppm: instant.torque_ppm,
         word: step.command.unwrap_or(words.neutral),
-        lines: Lines { pairs: step.pairs, ais: step.ais, aie: step.aie, ..Lines::default() },
+        lines: lines(step),
         clear_error: step.clear_error,
         drive_n0: step.drive_n0,
         drive_enabled: step.drive_enabled,

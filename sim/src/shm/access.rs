@@ -105,6 +105,11 @@ impl<T: CellValue> CellWriter<T> {
         self.entry.update_with_copy(compose(&self.header, payload));
     }
 
+    /// Leaves out `missed` sequence numbers: updates that never came.
+    pub const fn skip(&mut self, missed: u64) {
+        self.header.sequence = self.header.sequence.saturating_add(missed);
+    }
+
     /// Publishes octets as they are: for faults that no honest writer makes.
     pub fn publish_octets(&mut self, octets: T::Octets) {
         self.entry.update_with_copy(octets);

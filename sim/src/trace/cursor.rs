@@ -17,6 +17,33 @@ pub struct Instant {
     pub step: Step,
 }
 
+/// Rows between two cycles that are kept: more than the sixteen samples of a line can show.
+const BETWEEN_MAX: usize = 16;
+
+/// Rows of the step columns since the time before, each with its time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Between {
+    rows: [(i64, Step); BETWEEN_MAX],
+    count: usize,
+}
+
+impl Between {
+    fn new() -> Self {
+        Self { rows: [(0, Step::default()); BETWEEN_MAX], count: 0 }
+    }
+
+    /// The rows in order of time; of too many, the last take the place of each other.
+    pub fn rows(&self) -> &[(i64, Step)] {
+        &self.rows[..self.count]
+    }
+
+    fn push(&mut self, row: (i64, Step)) {
+        let place = self.count.min(BETWEEN_MAX - 1);
+        self.rows[place] = row;
+        self.count = place + 1;
+    }
+}
+
 /// Walks through the columns of one axis, forward only, without allocating.
 #[derive(Debug)]
 pub struct Cursor<'a> {
@@ -27,6 +54,7 @@ pub struct Cursor<'a> {
     acceleration: Option<Walker<'a>>,
     steps: &'a [(i64, Step)],
     step: Step,
+    between: Between,
 }
 
 #[derive(Debug)]
@@ -75,6 +103,7 @@ impl<'a> Cursor<'a> {
             acceleration: walk(&trace.acceleration, 0),
             steps: &trace.steps,
             step: trace.steps.first().map_or_else(Step::default, |(_, step)| *step),
+            between: Between::new(),
         }
     }
 
@@ -104,12 +133,19 @@ impl<'a> Cursor<'a> {
         [first, second.saturating_add(offset)]
     }
 
+    /// Rows of the step columns that came since the call of [`Self::at`] before the last.
+    pub const fn between(&self) -> &Between {
+        &self.between
+    }
+
     fn step_at(&mut self, at_ns: i64) -> Step {
+        self.between.count = 0;
         while let Some(((from_ns, step), later)) = self.steps.split_first() {
             if *from_ns > at_ns {
                 break;
             }
             self.step = *step;
+            self.between.push((*from_ns, *step));
             self.steps = later;
         }
         self.step

@@ -7,7 +7,7 @@ mod fault;
 mod parse;
 mod polyline;
 
-pub use cursor::{Cursor, Instant};
+pub use cursor::{Between, Cursor, Instant};
 pub use fault::{Fault, Faults};
 pub use parse::{parse, word};
 pub use polyline::{Polyline, Walker};
