@@ -72,9 +72,8 @@ fn row(out: &mut String, axis: u8, moment: &Moment<'_>) {
     let speed = f64::from(stimulus.motion_a.speed_mrpm) / 1_000.0;
     let torque = f64::from(stimulus.torque_ppm) / 10_000.0;
     let word = stimulus.word.0.iter().rev().fold(String::new(), |text, part| text + &format!("{part:08X}"));
-    let levels = stimulus.lines.pairs.map(|(one, two)| [u8::from(one), u8::from(two)]);
-    let [[p, q], [r, s], [t, u], [v, w]] = levels;
-    let pairs = format!("{p}{q},{r}{s},{t}{u},{v}{w}");
+    let pairs =
+        stimulus.lines.pairs.map(|(one, two)| format!("{}{}", u8::from(one), u8::from(two))).join(",");
     let acknowledge = [stimulus.lines.ais, stimulus.lines.aie, stimulus.clear_error].map(u8::from);
     let drive = [stimulus.drive_n0, stimulus.drive_enabled].map(u8::from);
     let flags = acknowledge.iter().chain(&drive).map(u8::to_string).collect::<Vec<_>>().join(",");

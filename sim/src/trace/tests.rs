@@ -29,7 +29,7 @@ fn speed_lies_on_the_line_and_position_is_its_exact_integral() {
 
 #[test]
 fn integration_over_many_odd_pieces_loses_nothing() {
-    let speed = |row: u32| if row % 2 == 0 { "1000.1" } else { "-999.9" };
+    let speed = |row: u32| if row.is_multiple_of(2) { "1000.1" } else { "-999.9" };
     let rows: Vec<_> = (0..=3_000).map(|row| format!("{}.37,{}", row * 7, speed(row))).collect();
     let text = format!("t_ms,speed_rpm\n{}\n", rows.join("\n"));
     let trace = trace(&text);
