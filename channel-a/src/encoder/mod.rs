@@ -147,7 +147,6 @@ impl Evaluation {
         check_radius(&slot)?;
         let scale = self.scale(slot.kind).ok_or(Fault::Absent)?;
         let fine = self.fine(&slot, sample.sequence)?;
-        self.check_slip(slot.kind, fine, sample.sequence)?;
         self.check_frozen(&slot, sample.payload.drive_position)?;
         let position = scale.position(fine).wrapping_add(self.offset);
         let speed = self.speed(fine, &scale, sample).unwrap_or(self.reading.speed);
@@ -209,18 +208,6 @@ impl Evaluation {
         let ahead = sequence.wrapping_sub(newest.sequence).min(AHEAD_MAX) as i64;
         let step = moved.checked_div(samples).unwrap_or(0);
         newest.fine.wrapping_add(step.wrapping_mul(ahead))
-    }
-
-    /// A step of whole periods between two samples of a slow shaft: the count has slipped. A
-    /// shaft that really moves does not stand again one sample later.
-    fn check_slip(&self, kind: SlotKind, fine: i64, sequence: u64) -> Result<(), Fault> {
-        let [newest, middle, oldest, ..] = &self.history;
-        let samples = sequence.wrapping_sub(oldest.sequence);
-        let slow = |to: i64, from: i64| to.wrapping_sub(from).saturating_abs() < TURN / 8;
-        let stands = slow(fine, newest.fine) & slow(middle.fine, oldest.fine);
-        let jumped = newest.fine.wrapping_sub(middle.fine).saturating_abs() > TURN / 4 * 3;
-        let judged = (kind == SlotKind::SineCosine) & (self.filled > 2) & (samples == 3);
-        if judged & stands & jumped { Err(Fault::Quadrant) } else { Ok(()) }
     }
 
     fn check_frozen(&mut self, slot: &Slot, drive_position: i64) -> Result<(), Fault> {

@@ -51,16 +51,14 @@ fn a_weak_or_too_strong_circle_is_a_fault() {
 }
 
 #[test]
-fn a_counter_that_slips_a_period_at_standstill_is_a_fault_one_sample_later() {
+fn a_count_that_loses_quarters_is_found_with_the_second_and_moves_nothing_before() {
+    // AMKD-ENCM-02
     let mut evaluation = sine();
-    for k in 1..5 {
-        evaluation.take(&sampled(sine_slot(0.100_3, 1_024.0), k)).unwrap();
-    }
-    let mut slot = sine_slot(0.100_3, 1_024.0);
-    slot.count += 4;
-    assert!(evaluation.take(&sampled(slot, 5)).is_ok());
-    slot.sine += 1;
-    assert_eq!(evaluation.take(&sampled(slot, 6)), Err(Fault::Quadrant));
+    let whole = sine_slot(0.100_3, 1_024.0);
+    let position = evaluation.take(&sampled(whole, 1)).unwrap().position;
+    let slipped = |quarters: i32| Slot { count: whole.count - quarters, ..whole };
+    assert_eq!(evaluation.take(&sampled(slipped(1), 2)).map(|reading| reading.position), Ok(position));
+    assert_eq!(evaluation.take(&sampled(slipped(2), 3)), Err(Fault::Quadrant));
 }
 
 #[test]
