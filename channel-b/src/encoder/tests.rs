@@ -137,9 +137,9 @@ fn the_count_wraps_without_a_step() {
 /// A sequence that jumps by 2 or 3 is a missed exchange: the time stamp jumps along.
 #[test]
 fn skipped_samples_are_no_jump() {
-    let makers: [(SlotKind, fn(f64) -> Encoder); 2] =
-        [(SlotKind::SineCosine, |p| sine(p, 16_384.0)), (SlotKind::Resolver, resolver)];
-    for (kind, make) in makers {
+    for kind in [SlotKind::SineCosine, SlotKind::Resolver] {
+        let is_sine = kind == SlotKind::SineCosine;
+        let make = |position| if is_sine { sine(position, 16_384.0) } else { resolver(position) };
         let mut evaluation = Evaluation::new(EncoderSetup { kind: Some(kind), ..SETUP });
         let mut k = 0_u64;
         for n in 0..400_u64 {

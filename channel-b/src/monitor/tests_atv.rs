@@ -134,7 +134,7 @@ fn type_1_keeps_the_speed_between_standstill_and_threshold() {
 fn type_2_brakes_along_the_line_and_waits_below_standstill() {
     let word = with(control::SLS);
     // 40 Hz + 2 Hz - 10 Hz/s.
-    let line = |e: i64| (42 * HZ - e * 300).min(40 * HZ).max(25 * HZ);
+    let line = |e: i64| (42 * HZ - e * 300).clamp(25 * HZ, 40 * HZ);
     let over = move |e: i64| line(e) + i64::from(e == 900);
     assert_eq!(run(&mut sls(2), word, over), (Some(900), vec![0x0A9]));
     let kept = move |e: i64| if e < 2_000 { line(e) } else { 31 * HZ };

@@ -11,8 +11,10 @@ const INPUT_RATIO: i64 = 5;
 const SLOPE: (i64, i64) = (1, 10_000_000);
 const SPEED: i64 = 60_000;
 
-/// Pairs: Info3, level parameter, pulses, periods, Info2 of the level in 3605/22.
-const INPUTS: [(u32, u32, [u32; 2], [u32; 2], u32); 3] =
+/// Info3, level parameter, pulses, periods, Info2 of the level in 3605/22.
+type InputRow = (u32, u32, [u32; 2], [u32; 2], u32);
+/// The input pairs.
+const INPUTS: [InputRow; 3] =
     [(1, 70, [71, 73], [72, 74], 16), (2, 76, [77, 79], [78, 80], 17), (3, 82, [83, 85], [84, 86], 18)];
 /// Outputs: first Info2, pulses, periods.
 const OUTPUTS: [(u32, [u32; 2], [u32; 2]); 3] =
@@ -218,8 +220,7 @@ impl Rules<'_> {
     /// cannot be read, with its number.
     fn ranges(&mut self, raw: &dyn Fn(u32) -> Option<i64>) {
         for row in &facts::amk_kw::PARAMETERS {
-            let outside =
-                raw(row.key).is_some_and(|value| !(i64::from(row.min)..=i64::from(row.max)).contains(&value));
+            let outside = raw(row.key).is_some_and(|value| !(row.min..=row.max).contains(&value));
             if outside {
                 (self.report)(ErrorCode::amk(3607, 30, row.key, 3));
             }

@@ -130,6 +130,7 @@ pub struct Asked<'a> {
 }
 
 /// What a profile adds to the engine.
+#[expect(clippy::large_enum_variant, reason = "one of them for each axis, and no allocator")]
 #[derive(Debug, Clone, Copy)]
 pub enum Logic {
     /// AMK KW-R07/R17/R27.
