@@ -117,7 +117,7 @@ impl Evaluation {
     pub fn settle(&mut self, encoder: &Encoder, time_ns: u64, exact: &Evaluated, spacing_ns: u64) {
         let Some(slot) = self.choose(encoder) else { return };
         let is_encoderless = slot.kind == SlotKind::Encoderless;
-        let place = if is_encoderless { Ok(Place::ZERO) } else { self.place(&slot) };
+        let place = if is_encoderless { Ok(Place::ZERO) } else { place_of(&slot) };
         let Ok(place) = place else { return };
         let sign = if self.setup.is_inverted { -1.0 } else { 1.0 };
         let position = exact.position as f64 * sign;
@@ -158,7 +158,7 @@ impl Evaluation {
             return self.without_encoder(encoder, time_ns);
         }
         self.watch_frozen(&slot, encoder)?;
-        let place = self.place(&slot)?;
+        let place = place_of(&slot)?;
         let moved = self.moved(&slot, place, time_ns)?;
         self.follow(&slot, place, moved, time_ns)
     }
@@ -176,22 +176,6 @@ impl Evaluation {
             None => first,
         };
         fits(&wanted).then_some(wanted)
-    }
-
-    fn place(&self, slot: &Slot) -> Result<Place, EncoderFault> {
-        match slot.kind {
-            SlotKind::SineCosine => {
-                check_radius(slot, EncoderFault::SineSmall, EncoderFault::SineLarge)?;
-                joined(slot)
-            }
-            SlotKind::Resolver => {
-                check_radius(slot, EncoderFault::ResolverSmall, EncoderFault::ResolverLarge)?;
-                Ok(Place { quarters: 0, rest: angle(slot) })
-            }
-            SlotKind::Digital => Ok(Place::ZERO),
-            SlotKind::Counter => Ok(Place { quarters: slot.count, rest: 0.0 }),
-            SlotKind::None | SlotKind::Encoderless => Err(EncoderFault::Absent),
-        }
     }
 
     /// Movement since the last sample, increments.
@@ -297,6 +281,23 @@ const MRPM_PER_INCREMENT_NS: f64 = 60.0 * 1e9 * 1e3 / INCREMENTS;
 /// Time since `last`, ns.
 fn elapsed(last: &Sample, time_ns: u64) -> f64 {
     time_ns.saturating_sub(last.time_ns) as f64
+}
+
+/// Where the sample is: quarter periods (sine, counter) or share of a turn (resolver).
+fn place_of(slot: &Slot) -> Result<Place, EncoderFault> {
+    match slot.kind {
+        SlotKind::SineCosine => {
+            check_radius(slot, EncoderFault::SineSmall, EncoderFault::SineLarge)?;
+            joined(slot)
+        }
+        SlotKind::Resolver => {
+            check_radius(slot, EncoderFault::ResolverSmall, EncoderFault::ResolverLarge)?;
+            Ok(Place { quarters: 0, rest: angle(slot) })
+        }
+        SlotKind::Digital => Ok(Place::ZERO),
+        SlotKind::Counter => Ok(Place { quarters: slot.count, rest: 0.0 }),
+        SlotKind::None | SlotKind::Encoderless => Err(EncoderFault::Absent),
+    }
 }
 
 /// Count and angle as one place. Comparators count near a boundary of two quadrants earlier or
