@@ -1,0 +1,27 @@
+//! Whole sets of real processes (design 12): killed, stopped, crowded, fed garbage.
+//!
+//! Each test starts `safepair run` with a run folder of its own and waits for conditions
+//! with deadlines. The programs must stand beside the test: `cargo xtask test` builds them.
+//! Needs no privilege; with real-time scheduling at hand the set uses it. The long forms:
+//! `cargo test -p system-tests --test live -- --ignored`.
+
+#[path = "live/axis.rs"]
+mod axis;
+#[path = "live/bad_cells.rs"]
+mod bad_cells;
+#[path = "live/deaths.rs"]
+mod deaths;
+#[path = "live/guards.rs"]
+mod guards;
+#[path = "live/processes.rs"]
+mod processes;
+#[path = "live/programs.rs"]
+mod programs;
+#[path = "live/second.rs"]
+mod second;
+#[path = "live/set.rs"]
+mod set;
+#[path = "live/startup.rs"]
+mod startup;
+#[path = "live/steady.rs"]
+mod steady;

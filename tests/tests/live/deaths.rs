@@ -1,0 +1,134 @@
+//! Processes that are killed or stopped while the axis has torque (design 3.4, 3.7, 8).
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use nix::sys::signal::Signal;
+use system_tests::compare::random::Random;
+
+use crate::axis::now_ns;
+use crate::processes;
+use crate::set::{CYCLE, Folder, Role, Running, alone};
+
+/// The last edge of either path comes at most four cycles after the fault: the cycle it
+/// falls into and the three of a lost partner, sample or agreement (DEC-23).
+const CYCLES: u32 = 4;
+/// What a host may stall in that time; a stall of the observer counts in as well.
+const STALL: Duration = Duration::from_millis(24);
+/// Both paths have been quiet for so long when they are off: well beyond the dead-man.
+const SILENCE: Duration = Duration::from_millis(60);
+/// Torque must not come back in this time.
+const AFTERWARDS: Duration = Duration::from_millis(120);
+/// Speed of every other round, rpm.
+const SPEED: u32 = 300;
+
+/// What one round does.
+#[derive(Debug, Clone, Copy)]
+struct Fault {
+    role: Role,
+    signal: Signal,
+    rpm: u32,
+    after: Duration,
+    resume: bool,
+}
+
+fn rounds(count: u32, roles: &[Role], signal: Signal, seed: u64) {
+    let _turn = alone();
+    let mut random = Random::new(seed);
+    for role in roles {
+        let folder = Folder::new("death");
+        let mut worst = Duration::ZERO;
+        for round in 0..count {
+            let fault = Fault {
+                role: *role,
+                signal,
+                rpm: if round % 2 == 0 { 0 } else { SPEED },
+                after: Duration::from_micros(random.between(0, 40_000) as u64),
+                resume: random.chance(50),
+            };
+            // The next round is the next start: it finds what this one left.
+            let reaction = round_of(&folder, fault);
+            worst = worst.max(reaction);
+        }
+        folder.start().stop();
+        println!("{role:?} {signal}: last edge at most {:.1} ms after it", worst.as_secs_f64() * 1e3);
+    }
+}
+
+/// One set, one fault; the time from the fault to the last edge of either path.
+fn round_of(folder: &Folder, fault: Fault) -> Duration {
+    let mut running = folder.start();
+    running.energise(fault.rpm);
+    running.axis.hold("torque", fault.after, |axis| axis.torque());
+    let victim = running.process(fault.role);
+    processes::send(victim, fault.signal);
+    let since_ns = now_ns();
+    running.axis.expect("silence on both paths", |axis| axis.silent(SILENCE));
+    let last_ns = running.axis.paths.iter().map(|path| path.refreshed_ns).max().unwrap_or(u64::MAX);
+    let reaction = Duration::from_nanos(last_ns.saturating_sub(since_ns));
+    let seen = running.axis.in_words();
+    assert!(reaction <= CYCLE * CYCLES + STALL, "{fault:?}: an edge {reaction:?} after it:\n{seen}");
+    stays_off(&mut running, fault);
+    if fault.signal == Signal::SIGSTOP {
+        stopped(running, folder, victim, fault);
+    } else {
+        killed(running, folder, fault);
+    }
+    reaction
+}
+
+fn stays_off(running: &mut Running<'_>, fault: Fault) {
+    let edges = running.axis.edges();
+    let quiet = |axis: &crate::axis::Axis| axis.edges() == edges;
+    running.axis.hold(&format!("torque off ({fault:?})"), AFTERWARDS, quiet);
+}
+
+/// The end of one ends all, by itself; only the supervisor's own death may leave files.
+fn killed(mut running: Running<'_>, folder: &Folder, fault: Fault) {
+    let status = running.supervisor.end();
+    assert!(!status.success(), "{fault:?}: the set ended with {status}:\n{}", folder.said());
+    folder.until_deserted();
+    if fault.role != Role::Supervisor {
+        assert_eq!(folder.remains(), Vec::<PathBuf>::new(), "{fault:?}");
+    }
+}
+
+/// Whoever goes on brings no torque back, and the set ends in order, gone on or not.
+fn stopped(mut running: Running<'_>, folder: &Folder, victim: u32, fault: Fault) {
+    if fault.resume || fault.role == Role::Supervisor {
+        processes::send(victim, Signal::SIGCONT);
+        stays_off(&mut running, fault);
+    }
+    assert!(processes::lives(running.supervisor.id()), "{fault:?}:\n{}", folder.said());
+    running.stop();
+}
+
+const PROCESSES: [Role; 4] = [Role::Sim, Role::ChannelA, Role::ChannelB, Role::Crosscheck];
+
+#[test]
+fn whoever_is_killed_takes_the_torque_away_and_ends_the_set() {
+    rounds(3, &Role::ALL, Signal::SIGKILL, 1);
+}
+
+#[test]
+fn whoever_is_stopped_takes_the_torque_away_for_good() {
+    rounds(3, &PROCESSES, Signal::SIGSTOP, 2);
+}
+
+/// Design 5: death or stop of the supervisor is STO.
+#[test]
+fn a_stopped_supervisor_takes_the_torque_away_for_good() {
+    rounds(3, &[Role::Supervisor], Signal::SIGSTOP, 3);
+}
+
+#[test]
+#[ignore = "long form: 100 rounds of each process"]
+fn a_hundred_of_each_killed() {
+    rounds(100, &Role::ALL, Signal::SIGKILL, 4);
+}
+
+#[test]
+#[ignore = "long form: 100 rounds of each process"]
+fn a_hundred_of_each_stopped() {
+    rounds(100, &Role::ALL, Signal::SIGSTOP, 5);
+}
