@@ -120,6 +120,31 @@ fn the_master_shows_what_it_was_told() {
     until("its end", || command.read().is_some_and(|(_, c)| !c.word.bit(7)));
 }
 
+/// DEC-26: a stall of the host is missed exchanges, not a producer whose clock runs slow.
+#[test]
+fn a_stall_shows_as_a_jump_of_the_sequence_that_fits_the_time_stamps() {
+    let rig = Rig::start("stall");
+    let encoder = rig.reader::<Encoder>(Kind::Encoder);
+    until("the first sample", || encoder.read().is_some());
+    let process = Pid::from_raw(rig.child.id() as i32);
+    kill(process, Signal::SIGSTOP).expect("it runs");
+    let stopped = Instant::now();
+    until("the end of the stall", || stopped.elapsed() > Duration::from_millis(30));
+    let (before, _) = encoder.read().expect("published");
+    kill(process, Signal::SIGCONT).expect("it runs");
+    for later in 1..20 {
+        until("a sample", || {
+            encoder.read().is_some_and(|(header, _)| header.sequence >= before.sequence + later)
+        });
+        let (header, sample) = encoder.read().expect("published");
+        assert_eq!(sample.period_ns, 1_000_000);
+        let counted = (header.sequence - before.sequence) as f64;
+        let stamped = (header.timestamp_ns - before.timestamp_ns) as f64 / 1e6;
+        // Each sample is late by less than a cycle, or it would have been skipped.
+        assert!((counted - stamped).abs() < 2.0, "{counted} cycles in {stamped} ms");
+    }
+}
+
 #[test]
 fn sigterm_ends_it_with_success_and_a_wrong_option_with_2() {
     let mut rig = Rig::start("end");

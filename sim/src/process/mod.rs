@@ -87,14 +87,14 @@ fn cycle(
     let mut script = script.at.into_iter().peekable();
     let mut elapsed_ns: u64 = 0;
     while !ending.is_wanted() {
-        let cycles = clock.wait();
+        let (cycles, now_ns) = clock.wait();
         elapsed_ns += cycles * options.cycle_ns();
         let due = |at: &Instruction| at.t_ms.unwrap_or(0.0) * 1e6 <= elapsed_ns as f64;
         while let Some(instruction) = script.next_if(due) {
             drives.take(&instruction);
         }
         instructions.try_iter().for_each(|instruction| drives.take(&instruction));
-        drives.step(cycles, realtime::now_ns());
+        drives.step(cycles, now_ns);
     }
 }
 

@@ -39,7 +39,7 @@ fn set_priority(priority: i32) -> Result<(), Errno> {
 }
 
 /// CLOCK_MONOTONIC, ns.
-pub fn now_ns() -> u64 {
+fn now_ns() -> u64 {
     clock_gettime(ClockId::CLOCK_MONOTONIC).map_or(0, |time| {
         (time.tv_sec() as u64).saturating_mul(SECOND_NS).saturating_add(time.tv_nsec() as u64)
     })
@@ -59,14 +59,16 @@ impl Periodic {
         Self { cycle_ns, next_ns: boundary + phase_ns }
     }
 
-    /// Sleeps until the next boundary; returns how many cycles have passed. After a late
-    /// wake-up the boundaries that were missed are skipped, not made up for.
-    pub fn wait(&mut self) -> u64 {
+    /// Sleeps until the next boundary; returns how many cycles have passed, and the time they
+    /// were counted at. After a late wake-up the boundaries that were missed are skipped, not
+    /// made up for.
+    pub fn wait(&mut self) -> (u64, u64) {
         let seconds = (self.next_ns / SECOND_NS) as i64;
         let deadline = TimeSpec::new(seconds, (self.next_ns % SECOND_NS) as i64);
         let absolute = ClockNanosleepFlags::TIMER_ABSTIME;
         while clock_nanosleep(ClockId::CLOCK_MONOTONIC, absolute, &deadline) == Err(Errno::EINTR) {}
-        self.passed(now_ns())
+        let now_ns = now_ns();
+        (self.passed(now_ns), now_ns)
     }
 
     /// Boundaries up to `now_ns`, at least one; the next is the first one behind it.
