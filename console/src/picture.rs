@@ -124,17 +124,13 @@ fn lanes(chart: &Chart, area: &Area<'_>) -> Result<(), Box<dyn std::error::Error
         .margin(8)
         .x_label_area_size(36)
         .y_label_area_size(150)
-        .build_cartesian_2d(chart.time.0..chart.time.1, (0.0..count as f64).step(1.0))?;
-    let name = |value: &f64| {
-        let from_top = count.saturating_sub(1).saturating_sub(*value as usize);
-        chart.lanes.get(from_top).map_or(String::new(), |lane| lane.name.to_owned())
-    };
+        .build_cartesian_2d(chart.time.0..chart.time.1, 0.0..count as f64)?;
     plot.configure_mesh()
         .disable_y_mesh()
         .light_line_style(WHITE.mix(0.0))
         .bold_line_style(BLACK.mix(0.12))
         .x_desc("time, s")
-        .y_labels(0)
+        .y_label_formatter(&|_| String::new())
         .label_style((FONT, 14))
         .draw()?;
     for (row, lane) in chart.lanes.iter().enumerate() {
@@ -143,7 +139,7 @@ fn lanes(chart: &Chart, area: &Area<'_>) -> Result<(), Box<dyn std::error::Error
         plot.draw_series(lane.spans.iter().map(band))?;
         let (x, y) = plot.backend_coord(&(chart.time.0, base + 0.5));
         let (left, top) = area.get_base_pixel();
-        let label = Text::new(name(&base), (x - left - 140, y - top - 8), (FONT, 15).into_font());
+        let label = Text::new(lane.name, (x - left - 140, y - top - 8), (FONT, 15).into_font());
         area.draw(&label)?;
     }
     Ok(())

@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> ExitCode {
         Err(findings) => return bad_input(&findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
     };
     let folder = RunFolder::new(args.run_dir.clone());
-    let plan = match args.set.plan(images_of(&machine), &folder) {
+    let plan = match args.set.with_default_cycle(4_000).plan(images_of(&machine), &folder) {
         Ok(plan) => Plan { plain_command: true, ..plan },
         Err(line) => return bad_input(&line),
     };

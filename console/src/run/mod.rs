@@ -48,9 +48,10 @@ pub struct Args {
 /// Options that shape a set, common to all commands that start one.
 #[derive(Debug, Clone, clap::Args)]
 pub struct SetArgs {
-    /// Cycle, µs (125 to 4,000).
-    #[arg(long, default_value_t = 1_000, value_parser = clap::value_parser!(u32).range(125..=4_000))]
-    cycle_us: u32,
+    /// Cycle, µs (125 to 4,000). Default: 1,000; demo 4,000, because an ordinary host stalls for
+    /// some milliseconds now and then, which is torque off at a shorter cycle.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(125..=4_000))]
+    cycle_us: Option<u32>,
     /// Cores of channel A, channel B, crosscheck and the simulated drive; "none": any.
     #[arg(long, value_delimiter = ',', default_value = "0,1,1,0")]
     cpus: Vec<String>,
@@ -73,6 +74,12 @@ pub struct SetArgs {
 }
 
 impl SetArgs {
+    /// The same options with another default of the cycle.
+    #[must_use]
+    pub fn with_default_cycle(&self, cycle_us: u32) -> Self {
+        Self { cycle_us: self.cycle_us.or(Some(cycle_us)), ..self.clone() }
+    }
+
     /// The plan of a set that runs with `images`.
     ///
     /// # Errors
@@ -91,7 +98,7 @@ impl SetArgs {
             folder: folder.clone(),
             axes: images.iter().map(|(axis, _, _)| *axis).collect(),
             images,
-            cycle_us: self.cycle_us,
+            cycle_us: self.cycle_us.unwrap_or(1_000),
             cpus: self.cpus.iter().map(|cpu| cpu.parse().ok()).collect(),
             priority: self.priority,
             inhibit_a: self.inhibit_a.clone(),

@@ -28,7 +28,6 @@ pub struct Drives {
     axes: Vec<Drive>,
     cycle_ns: u64,
     elapsed_ns: u64,
-    last_ns: Option<u64>,
 }
 
 /// One wake-up.
@@ -78,7 +77,7 @@ impl Drives {
         let numbers: Vec<u8> = sets.iter().map(|set| set.number).collect();
         let cells = cells(domain, &numbers)?;
         let axes = sets.iter().zip(cells).map(|(set, cells)| Drive::new(set, cells)).collect();
-        Ok(Self { axes, cycle_ns, elapsed_ns: 0, last_ns: None })
+        Ok(Self { axes, cycle_ns, elapsed_ns: 0 })
     }
 
     /// Hands an instruction to its axis.
@@ -94,12 +93,10 @@ impl Drives {
         }
     }
 
-    /// One wake-up after `cycles` cycles, at `now_ns` on CLOCK_MONOTONIC.
+    /// One wake-up after `cycles` cycles, for the boundary at `now_ns` on CLOCK_MONOTONIC.
     pub fn step(&mut self, cycles: u64, now_ns: u64) {
-        let nominal_ns = cycles * self.cycle_ns;
-        self.elapsed_ns += nominal_ns;
-        let passed_ns = self.last_ns.map_or(nominal_ns, |last_ns| now_ns.saturating_sub(last_ns));
-        self.last_ns = Some(now_ns);
+        let passed_ns = cycles * self.cycle_ns;
+        self.elapsed_ns += passed_ns;
         let now_ms = self.elapsed_ns / 1_000_000;
         let moment = Moment { cycles, cycle_ns: self.cycle_ns, passed_ns, now_ms, now_ns };
         for drive in &mut self.axes {

@@ -59,16 +59,16 @@ impl Periodic {
         Self { cycle_ns, next_ns: boundary + phase_ns }
     }
 
-    /// Sleeps until the next boundary; returns how many cycles have passed, and the time they
-    /// were counted at. After a late wake-up the boundaries that were missed are skipped, not
-    /// made up for.
+    /// Sleeps until the next boundary; returns how many cycles have passed, and the boundary
+    /// that was reached: the instant at which real hardware would have latched its signals,
+    /// however late this process is. Boundaries missed are skipped, not made up for.
     pub fn wait(&mut self) -> (u64, u64) {
         let seconds = (self.next_ns / SECOND_NS) as i64;
         let deadline = TimeSpec::new(seconds, (self.next_ns % SECOND_NS) as i64);
         let absolute = ClockNanosleepFlags::TIMER_ABSTIME;
         while clock_nanosleep(ClockId::CLOCK_MONOTONIC, absolute, &deadline) == Err(Errno::EINTR) {}
-        let now_ns = now_ns();
-        (self.passed(now_ns), now_ns)
+        let cycles = self.passed(now_ns());
+        (cycles, self.next_ns - self.cycle_ns)
     }
 
     /// Boundaries up to `now_ns`, at least one; the next is the first one behind it.
