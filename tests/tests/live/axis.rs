@@ -82,15 +82,21 @@ impl Axis {
 
     /// Watches until `condition` holds, at most `DEADLINE`.
     pub fn expect(&mut self, what: &str, condition: impl Fn(&Self) -> bool) {
+        let come = self.comes(DEADLINE, condition);
+        assert!(come, "{what} did not come; last seen:\n{}", self.in_words());
+    }
+
+    /// Watches until `condition` holds, at most `deadline`; whether it did.
+    pub fn comes(&mut self, deadline: Duration, condition: impl Fn(&Self) -> bool) -> bool {
         let start = Instant::now();
-        loop {
+        while start.elapsed() < deadline {
             self.look();
             if condition(self) {
-                return;
+                return true;
             }
-            assert!(start.elapsed() < DEADLINE, "{what} did not come; last seen:\n{}", self.in_words());
             thread::sleep(POLL);
         }
+        false
     }
 
     /// Watches for `length` that `condition` holds all the time.

@@ -12,8 +12,7 @@ const BOUND: Duration = Duration::from_millis(48);
 fn drops(fault: &str) {
     let _turn = alone();
     let folder = Folder::new(fault);
-    let mut running = folder.start();
-    running.energise(0);
+    let mut running = folder.energised(0);
     running.tell(&format!(r#"{{"fault": "{fault}"}}"#));
     let since_ns = now_ns();
     running.axis.expect("silence on both paths", |axis| axis.silent(BOUND + CYCLE));

@@ -23,6 +23,8 @@ const AXIS: u8 = 7;
 const CRC32C: std::ops::Range<usize> = 4..8;
 const CRC32: std::ops::Range<usize> = 0..4;
 
+/// Spoils one field; given are a kind and a writer that are not the cell's own.
+type Change = fn(&mut Header, Kind, Writer);
 type Verdict = Result<u64, CellFault>;
 
 /// The guards of all three readers for cells of one kind.
@@ -162,7 +164,7 @@ fn garbage_is_refused_by_each_reader_and_spoils_nothing() {
 fn foreign<T: CellValue>(kind: Kind) {
     let other = if kind == Kind::Encoder { Kind::Io } else { Kind::Encoder };
     let writer = if kind.writer() == Writer::Gateway { Writer::Producer } else { Writer::Gateway };
-    let changes: [(&str, fn(&mut Header, Kind, Writer)); 8] = [
+    let changes: [(&str, Change); 8] = [
         ("boot nonce", |header, _, _| header.boot_nonce ^= 1),
         ("boot nonce 0", |header, _, _| header.boot_nonce = 0),
         ("axis", |header, _, _| header.axis += 1),

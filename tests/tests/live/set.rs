@@ -22,6 +22,10 @@ pub const CYCLE: Duration = Duration::from_millis(4);
 /// Longest wait for a start or an end.
 pub const DEADLINE: Duration = Duration::from_secs(8);
 
+/// Longest wait for torque or speed before another start is tried.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// Starts that may fail to bring torque, one after the other.
+pub const ATTEMPTS: usize = 3;
 const POLL: Duration = Duration::from_millis(1);
 const PROGRAMS: [&str; 4] =
     ["safepair-sim", "safepair-channel-a", "safepair-channel-b", "safepair-crosscheck"];
@@ -100,6 +104,20 @@ impl Folder {
         });
         let axis = Axis::open(&self.place());
         Running { axis, supervisor, folder: self }
+    }
+
+    /// A set whose axis has torque and turns with `rpm`. A host that stalls longer than a set
+    /// tolerates stops it, safely and rightly: then once more, and it is told.
+    pub fn energised(&self, rpm: u32) -> Running<'_> {
+        for _ in 0..ATTEMPTS {
+            let mut running = self.start();
+            if running.energise(rpm) {
+                return running;
+            }
+            println!("no torque at {rpm} rpm, started again:\n{}", running.axis.in_words());
+            running.stop();
+        }
+        panic!("no torque at {rpm} rpm after {ATTEMPTS} starts");
     }
 
     /// What is left of a set that has ended, beside the lock that every start uses.
@@ -223,16 +241,18 @@ impl Running<'_> {
         socket.send_to(instruction.as_bytes(), path).expect("the master listens");
     }
 
-    /// Acknowledges the start and turns with `rpm`; torque is on then.
-    pub fn energise(&mut self, rpm: u32) {
-        self.axis.expect("the start-up", Axis::awaits_acknowledge);
-        self.tell(r#"{"acknowledge": true}"#);
-        self.axis.expect("torque after the first acknowledge", Axis::torque);
-        if rpm > 0 {
-            self.tell(&format!(r#"{{"set_point_rpm": {rpm}}}"#));
-            let least = i32::try_from(rpm).expect("a speed") * 900;
-            self.axis.expect("the speed", |axis| axis.speed_mrpm() > least);
+    /// Acknowledges the start and turns with `rpm`; whether torque and speed came.
+    fn energise(&mut self, rpm: u32) -> bool {
+        if !self.axis.comes(PATIENCE, Axis::awaits_acknowledge) {
+            return false;
         }
+        self.tell(r#"{"acknowledge": true}"#);
+        if !self.axis.comes(PATIENCE, Axis::torque) {
+            return false;
+        }
+        self.tell(&format!(r#"{{"set_point_rpm": {rpm}}}"#));
+        let least = i32::try_from(rpm).expect("a speed") * 900 - 1;
+        self.axis.comes(PATIENCE, |axis| axis.torque() & (axis.speed_mrpm() > least))
     }
 
     /// Asks the supervisor to end the set: it must, with success, and leave nothing.

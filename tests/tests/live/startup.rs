@@ -31,9 +31,7 @@ fn rounds(count: u32, seed: u64) {
         assert!(!status.success(), "round {round}: {role:?} killed after {instant:?}, yet {status}");
         folder.until_deserted();
         drop(supervisor);
-        let mut next = folder.start();
-        next.energise(0);
-        next.stop();
+        folder.energised(0).stop();
     }
 }
 
