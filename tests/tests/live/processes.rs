@@ -27,8 +27,17 @@ pub fn faults(pid: u32) -> (u64, u64) {
 
 /// Resident memory, KiB.
 pub fn resident_kib(pid: u32) -> u64 {
+    memory_kib(pid, "VmRSS:")
+}
+
+/// Memory is locked: the kernel permitted it to this process.
+pub fn is_locked(pid: u32) -> bool {
+    memory_kib(pid, "VmLck:") > 0
+}
+
+fn memory_kib(pid: u32, what: &str) -> u64 {
     let text = fs::read_to_string(format!("/proc/{pid}/status")).expect("a living process");
-    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("a line of memory");
+    let line = text.lines().find_map(|line| line.strip_prefix(what)).expect("a line of memory");
     line.trim().trim_end_matches(" kB").parse().expect("a number")
 }
 
