@@ -45,7 +45,12 @@ fn main() {
         let table = read(file);
         let doc = table["profile"].as_str().expect("profile is a name");
         writeln!(out, "/// Control and status bits of `{doc}`.\npub mod {module} {{").unwrap();
-        writeln!(out, "/// Octets of each word as replay shows it.\npub const OCTETS: usize = {};", table["octets"]).unwrap();
+        writeln!(
+            out,
+            "/// Octets of each word as replay shows it.\npub const OCTETS: usize = {};",
+            table["octets"]
+        )
+        .unwrap();
         for word in ["control", "status"] {
             write_bits(&mut out, word, table[word].as_array().expect("rows"));
         }
@@ -56,7 +61,9 @@ fn main() {
         out.push_str("}\n");
     }
     out.push_str(PARAMETER);
-    out.push_str("/// Parameters of profiles that have none of their own for it (DEC-50).\npub mod common {\n");
+    out.push_str(
+        "/// Parameters of profiles that have none of their own for it (DEC-50).\npub mod common {\n",
+    );
     write_parameters(&mut out, &read(parameters_of("common")));
     out.push_str("}\n");
     write_etg(&mut out, &read("facts/etg-objects.toml"));
@@ -145,7 +152,12 @@ fn write_etg(out: &mut String, table: &Table) {
     out.push_str("/// Functions of the generic profile and their objects (DEC-40).\npub mod etg {\n");
     for function in table["function"].as_array().expect("functions") {
         let name = text(function, "name");
-        writeln!(out, "/// Number of {name} in keys and references.\npub const {name}: u32 = {};", number(function, "number")).unwrap();
+        writeln!(
+            out,
+            "/// Number of {name} in keys and references.\npub const {name}: u32 = {};",
+            number(function, "number")
+        )
+        .unwrap();
         let module = name.to_lowercase();
         writeln!(out, "/// Objects of {name}.\npub mod {module} {{").unwrap();
         for object in function.get("object").and_then(Value::as_array).into_iter().flatten() {

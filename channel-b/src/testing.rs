@@ -59,6 +59,7 @@ pub fn of_values(profile: Profile, values: &BTreeMap<u32, i32>) -> Vec<u8> {
     octets
 }
 
+#[allow(clippy::unnecessary_wraps, reason = "the type the inputs have")]
 pub fn cell<T>(sequence: u64, timestamp_ns: u64, payload: T) -> Received<T> {
     Ok(Sampled { sequence, timestamp_ns, crc32: sequence as u32, payload })
 }

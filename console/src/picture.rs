@@ -104,9 +104,9 @@ fn speeds(chart: &Chart, area: &Area<'_>) -> Result<(), Box<dyn std::error::Erro
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
     }
     let height = chart.speed.1 - chart.speed.0;
-    for (time, text) in &chart.marks {
+    for (index, (time, text)) in chart.marks.iter().enumerate() {
         plot.draw_series(LineSeries::new([(*time, chart.speed.0), (*time, chart.speed.1)], BLACK.mix(0.35)))?;
-        let place = (*time, chart.speed.1 - height * 0.01);
+        let place = (*time, chart.speed.1 - height * (0.01 + 0.035 * (index % 3) as f64));
         plot.draw_series(std::iter::once(Text::new(text.clone(), place, (FONT, 15).into_font())))?;
     }
     plot.configure_series_labels()
@@ -135,7 +135,9 @@ fn lanes(chart: &Chart, area: &Area<'_>) -> Result<(), Box<dyn std::error::Error
         .draw()?;
     for (row, lane) in chart.lanes.iter().enumerate() {
         let base = (count - 1 - row) as f64;
-        let band = |span: &(f64, f64)| Rectangle::new([(span.0, base + 0.2), (span.1, base + 0.8)], lane.colour.filled());
+        let band = |span: &(f64, f64)| {
+            Rectangle::new([(span.0, base + 0.2), (span.1, base + 0.8)], lane.colour.filled())
+        };
         plot.draw_series(lane.spans.iter().map(band))?;
         let (x, y) = plot.backend_coord(&(chart.time.0, base + 0.5));
         let (left, top) = area.get_base_pixel();

@@ -9,7 +9,10 @@ use std::{
     time::Instant,
 };
 
-const TASKS: &[(&str, &str, fn(&[String]) -> Outcome)] = &[
+/// Name, purpose, and what runs it.
+type Task = (&'static str, &'static str, fn(&[String]) -> Outcome);
+
+const TASKS: &[Task] = &[
     ("demo", "build, run a simulated axis into its limit, show what happened", demo),
     ("test", "build everything and pass all tests", test),
     ("check", "format, lints, dependencies", check),
@@ -59,8 +62,8 @@ fn run(command: &mut Command) -> Outcome {
     eprintln!("+ {}", format!("{command:?}").replace('"', ""));
     match command.status() {
         Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("{:?} ended with {status}", command.get_program())),
-        Err(error) => Err(format!("{:?}: {error}", command.get_program())),
+        Ok(status) => Err(format!("{} ended with {status}", command.get_program().display())),
+        Err(error) => Err(format!("{}: {error}", command.get_program().display())),
     }
 }
 
@@ -82,9 +85,18 @@ fn test(rest: &[String]) -> Outcome {
 fn check(_: &[String]) -> Outcome {
     cargo(&["fmt", "--all", "--check"])?;
     cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"])?;
-    let installed = Command::new(env!("CARGO")).args(["deny", "--version"]).output().is_ok_and(|o| o.status.success());
+    let installed =
+        Command::new(env!("CARGO")).args(["deny", "--version"]).output().is_ok_and(|o| o.status.success());
     if installed {
-        return cargo(&["deny", "--offline", "check", "--hide-inclusion-graph", "licenses", "bans", "sources"]);
+        return cargo(&[
+            "deny",
+            "--offline",
+            "check",
+            "--hide-inclusion-graph",
+            "licenses",
+            "bans",
+            "sources",
+        ]);
     }
     eprintln!("note: cargo deny is not installed; licences and sources were not checked");
     Ok(())
@@ -92,8 +104,9 @@ fn check(_: &[String]) -> Outcome {
 
 fn no_panic(_: &[String]) -> Outcome {
     for core in ["channel-a", "channel-b", "crosscheck"] {
-        run(&mut link_alone(core))
-            .map_err(|line| format!("{core}: {line}; `a_panic_is_reachable` above means that its core can panic"))?;
+        run(&mut link_alone(core)).map_err(|line| {
+            format!("{core}: {line}; `a_panic_is_reachable` above means that its core can panic")
+        })?;
     }
     // A check that cannot fail is none: the control indexes a slice and must not link.
     let control = link_alone("control").output().map_err(|error| error.to_string())?;

@@ -47,19 +47,36 @@ fn signal_fd() -> RawFd {
     }
 }
 
-/// Returns when a signal is pending, the pipe has ended, or waiting itself fails.
+/// Longest silence of a supervisor that has spoken once, ms. A stopped supervisor is as good
+/// as a dead one (design 5).
+const SILENCE_MS: libc::c_int = 500;
+
+/// Returns when a signal is pending, the supervisor has ended or fallen silent, or waiting
+/// itself fails.
 fn wait(signals: RawFd, supervisor: RawFd) {
     let poll = |fd| libc::pollfd { fd, events: libc::POLLIN, revents: 0 };
+    let mut limit_ms = -1;
     loop {
         let mut watched = [poll(signals), poll(supervisor)];
         // SAFETY: the array lives over the call and its length is passed.
-        let found = unsafe { libc::poll(watched.as_mut_ptr(), watched.len() as libc::nfds_t, -1) };
+        let found = unsafe { libc::poll(watched.as_mut_ptr(), watched.len() as libc::nfds_t, limit_ms) };
         let interrupted = std::io::Error::last_os_error().kind() == std::io::ErrorKind::Interrupted;
         if found < 0 && interrupted {
             continue;
         }
-        return;
+        let spoke = found > 0 && watched[0].revents == 0 && hear(supervisor);
+        if !spoke {
+            return;
+        }
+        limit_ms = SILENCE_MS;
     }
+}
+
+/// Takes what the supervisor says; false at end of file.
+fn hear(supervisor: RawFd) -> bool {
+    let mut octets = [0_u8; 64];
+    // SAFETY: the buffer is valid for its length.
+    unsafe { libc::read(supervisor, octets.as_mut_ptr().cast(), octets.len()) > 0 }
 }
 
 /// Tells the supervisor that the cycle starts.

@@ -52,8 +52,7 @@ fn ss1_falls_from_the_peak_of_the_delay_plus_the_offset() {
     // 50 Hz at the start, 51 Hz during the delay; then exactly on 56 Hz - 10 Hz/s.
     let line = |e: i64| match e {
         0 => 50 * HZ,
-        1..=4 => 51 * HZ,
-        5..=505 => 51 * HZ,
+        1..=505 => 51 * HZ,
         _ => 56 * HZ - (e - 5) * 300,
     };
     let word = with(control::SS1);

@@ -84,8 +84,8 @@ pub fn build(image: &Image<'_>) -> Plan {
         ..Bits::NONE
     };
     let mut builder = Builder { image, plan, places: [(0, 0); crate::engine::stops::STOPS_MAX] };
-    builder.each(|builder, function, instance| builder.add_stop(function, instance));
-    builder.each(|builder, function, instance| builder.add_monitor(function, instance));
+    builder.each(Builder::add_stop);
+    builder.each(Builder::add_monitor);
     let logic = builder.logic();
     let mut plan = builder.plan;
     if logic.has_directions {
@@ -107,7 +107,7 @@ struct Builder<'a> {
     places: [(u32, u32); crate::engine::stops::STOPS_MAX],
 }
 
-impl<'a> Builder<'a> {
+impl Builder<'_> {
     /// Calls `act` once for each instance named in the set; keys are in order.
     fn each(&mut self, act: impl Fn(&mut Self, u32, u32)) {
         let mut last = (0, 0);

@@ -37,6 +37,7 @@ const READ: [Kind; 6] =
 const WRITTEN: [Kind; 2] = [Kind::ReportB, Kind::InhibitB];
 
 /// All axes, and what their cells live in.
+#[allow(clippy::struct_field_names, reason = "the axes are what it is about")]
 pub struct Axes {
     /// The axes in use.
     pub axes: Vec<Axis>,

@@ -43,9 +43,27 @@ pub fn watch(supervisor: Option<OwnedFd>) -> Result<Ending, Trouble> {
     Ok(ending)
 }
 
+/// A supervisor that has given a sign of life gives the next one within this time, or counts
+/// as dead: it may have been stopped (design 5).
+const LIFE_SIGN_MS: u16 = 500;
+
 /// Returns when one of them has come; an error ends the process too.
 fn wait(signals: &SignalFd, supervisor: Option<&OwnedFd>) {
-    let mut watched = vec![PollFd::new(signals.as_fd(), PollFlags::POLLIN)];
-    watched.extend(supervisor.map(|pipe| PollFd::new(pipe.as_fd(), PollFlags::POLLIN)));
-    while let Err(nix::errno::Errno::EINTR) = poll(&mut watched, PollTimeout::NONE) {}
+    let mut patience = PollTimeout::NONE;
+    loop {
+        let mut watched = vec![PollFd::new(signals.as_fd(), PollFlags::POLLIN)];
+        watched.extend(supervisor.map(|pipe| PollFd::new(pipe.as_fd(), PollFlags::POLLIN)));
+        match poll(&mut watched, patience) {
+            Err(nix::errno::Errno::EINTR) => {}
+            Ok(1) if watched[0].any() == Some(false) && has_life(supervisor) => {
+                patience = LIFE_SIGN_MS.into();
+            }
+            _ => return,
+        }
+    }
+}
+
+fn has_life(supervisor: Option<&OwnedFd>) -> bool {
+    let mut signs = [0; 16];
+    supervisor.is_some_and(|pipe| nix::unistd::read(pipe, &mut signs).is_ok_and(|count| count != 0))
 }

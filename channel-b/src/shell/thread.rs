@@ -42,6 +42,7 @@ fn raise(priority: Option<i32>) -> Option<&'static str> {
 
 /// Touches the stack the cycle will use, so that no page fault happens in it.
 #[inline(never)]
+#[allow(clippy::large_stack_arrays, reason = "a large one is the purpose")]
 fn prefault() {
     let mut stack = [0_u8; PREFAULT];
     for page in stack.chunks_mut(4_096) {

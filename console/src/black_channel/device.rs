@@ -87,7 +87,12 @@ impl Device {
     ///
     /// # Errors
     /// The length fits no frame; nothing has changed.
-    pub fn receive(&mut self, image: &[u8], inputs: Option<&[u8]>, now_ns: u64) -> Result<Option<Vec<u8>>, WrongLength> {
+    pub fn receive(
+        &mut self,
+        image: &[u8],
+        inputs: Option<&[u8]>,
+        now_ns: u64,
+    ) -> Result<Option<Vec<u8>>, WrongLength> {
         let from_a = match &mut self.a {
             Some(slave) => slave.frame(image, inputs, now_ns).map_err(|_| WrongLength)?,
             None => None,

@@ -82,7 +82,9 @@ impl ShapeArgs {
     fn device(&self) -> Result<(Device, Shape), String> {
         let profiles = [Profile::AmkKw, Profile::LenzeSm301, Profile::Atv340, Profile::Etg61002];
         let named = profiles.into_iter().find(|profile| profile.name() == self.profile);
-        let profile = named.ok_or_else(|| format!("--profile {}: expected amk-kw, lenze-sm301, atv340 or etg-6100-2", self.profile))?;
+        let profile = named.ok_or_else(|| {
+            format!("--profile {}: expected amk-kw, lenze-sm301, atv340 or etg-6100-2", self.profile)
+        })?;
         let (outputs, inputs) = telegram(profile);
         let shape = Shape {
             protocol: self.protocol,
@@ -90,8 +92,10 @@ impl ShapeArgs {
             inputs: self.r#in.unwrap_or(inputs),
             address: self.address,
             session_id: self.session_id,
-            application_parameters: hexadecimal(&self.application_parameters).ok_or("--application-parameters: expected hexadecimal octets")?,
-            f_parameters: hexadecimal(&self.f_parameters).ok_or("--f-parameters: expected hexadecimal octets")?,
+            application_parameters: hexadecimal(&self.application_parameters)
+                .ok_or("--application-parameters: expected hexadecimal octets")?,
+            f_parameters: hexadecimal(&self.f_parameters)
+                .ok_or("--f-parameters: expected hexadecimal octets")?,
         };
         Ok((Device::new(&shape, self.channel)?, shape))
     }
@@ -119,7 +123,9 @@ fn answer(args: &AnswerArgs, input: &mut impl BufRead, output: &mut impl Write) 
     for (number, line) in input.lines().enumerate() {
         let line = line.map_err(|error| Stop::Input(format!("line {}: {error}", number + 1)))?;
         let line = line.trim();
-        let wrong = |expected: &str| Stop::Input(format!("line {}: expected {expected}, found \"{line}\"", number + 1));
+        let wrong = |expected: &str| {
+            Stop::Input(format!("line {}: expected {expected}, found \"{line}\"", number + 1))
+        };
         if line.is_empty() {
             continue;
         }
@@ -132,7 +138,9 @@ fn answer(args: &AnswerArgs, input: &mut impl BufRead, output: &mut impl Write) 
             continue;
         }
         let image = hexadecimal(line).ok_or_else(|| wrong("a frame in hexadecimal"))?;
-        let answer = device.receive(&image, inputs.as_deref(), now_ns).map_err(|_| wrong("a frame of this device's length"))?;
+        let answer = device
+            .receive(&image, inputs.as_deref(), now_ns)
+            .map_err(|_| wrong("a frame of this device's length"))?;
         print(args.json, now_ns, answer.as_deref(), output).map_err(Stop::Output)?;
     }
     Ok(())
@@ -162,7 +170,8 @@ fn hexadecimal(text: &str) -> Option<Vec<u8>> {
     let pairs = digits.chunks_exact(2);
     let whole = pairs.remainder().is_empty();
     let value = |digit: u8| (digit as char).to_digit(16);
-    let octets = pairs.map(|pair| Some((value(pair[0])? * 16 + value(pair[1])?) as u8)).collect::<Option<_>>();
+    let octets =
+        pairs.map(|pair| Some((value(pair[0])? * 16 + value(pair[1])?) as u8)).collect::<Option<_>>();
     octets.filter(|_| whole)
 }
 
@@ -172,7 +181,8 @@ fn to_hexadecimal(octets: &[u8]) -> String {
 
 /// A number of 16 bits, decimal or 0x….
 fn number(text: &str) -> Result<u16, String> {
-    let parsed = text.strip_prefix("0x").map_or_else(|| text.parse(), |digits| u16::from_str_radix(digits, 16));
+    let parsed =
+        text.strip_prefix("0x").map_or_else(|| text.parse(), |digits| u16::from_str_radix(digits, 16));
     parsed.map_err(|_| format!("expected 0 to 65535, or 0x0000 to 0xFFFF, found \"{text}\""))
 }
 

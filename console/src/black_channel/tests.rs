@@ -27,7 +27,8 @@ const AMK: &str = "--profile amk-kw --session-id 0x1234 --address 5";
 fn both_channels_and_the_split_frame_answer_a_reset_alike() {
     // Reset of a master with code 0; check sums by channel A's own reference.
     let reset = "2a 00 00 00 00 00 00 00 00 00 00".replace(' ', "");
-    let answers: Vec<_> = ["a", "b", "split"].map(|c| answer_to(&format!("{AMK} --channel {c}"), &reset)).into();
+    let answers: Vec<_> =
+        ["a", "b", "split"].map(|c| answer_to(&format!("{AMK} --channel {c}"), &reset)).into();
     assert_eq!(answers[0], answers[1]);
     assert_eq!(answers[0], answers[2]);
 }

@@ -44,7 +44,9 @@ pub struct Args {
 pub fn run(args: &Args) -> ExitCode {
     let machine = match params::parse(AXIS, "demo/axis.toml") {
         Ok(machine) => machine,
-        Err(findings) => return bad_input(&findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
+        Err(findings) => {
+            return bad_input(&findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"));
+        }
     };
     let folder = RunFolder::new(args.run_dir.clone());
     let plan = match args.set.with_default_cycle(4_000).plan(images_of(&machine), &folder) {
@@ -103,19 +105,29 @@ fn reactions(events: &[Event], recording: &Recording) -> Vec<Reaction> {
         // From the sample that shows the violation to the report that reacts to it.
         if let Some(sample) = recording.samples.get(&frame.a.exchange) {
             let reported = frame.a.time_ns.saturating_sub(*sample) as f64 / 1e6;
-            found.push(Reaction { what: "sample with the exceeded limit → channel A reacts", milliseconds: reported });
+            found.push(Reaction {
+                what: "sample with the exceeded limit → channel A reacts",
+                milliseconds: reported,
+            });
         }
     }
     if let Some(killed) = events.iter().find(|event| event.what == What::Kill) {
         let off = |path: Seen| {
             let after = frames.iter().filter(|frame| frame.time_ns >= killed.time_ns);
-            after.into_iter().find(|frame| !path(frame)).map(|frame| (frame.readback.0 as f64 - killed.time_ns as f64) / 1e6)
+            after
+                .into_iter()
+                .find(|frame| !path(frame))
+                .map(|frame| (frame.readback.0 as f64 - killed.time_ns as f64) / 1e6)
         };
         let paths: [(&'static str, Seen); 2] = [
             ("channel B killed → path A off", |frame| frame.readback.1.path_a),
             ("channel B killed → path B off (dead-man)", |frame| frame.readback.1.path_b),
         ];
-        found.extend(paths.into_iter().filter_map(|(what, path)| Some(Reaction { what, milliseconds: off(path)?.max(0.0) })));
+        found.extend(
+            paths
+                .into_iter()
+                .filter_map(|(what, path)| Some(Reaction { what, milliseconds: off(path)?.max(0.0) })),
+        );
     }
     found
 }
@@ -163,19 +175,27 @@ fn chart(
     let end = frames.last().map_or(1.0, |frame| at(frame.time_ns));
     let speed = |pick: fn(&Frame) -> i32| {
         let points = frames.iter().map(|frame| (at(frame.time_ns), f64::from(pick(frame)) / 1_000.0));
-        points.filter(|(time, _)| *time >= 0.0).collect()
+        points.filter(|(time, _)| *time >= 0.0).collect::<Vec<_>>()
     };
+    // A dead channel says nothing more: its curve ends with it.
+    let killed = events.iter().find(|event| event.what == What::Kill).map_or(end, |event| at(event.time_ns));
+    let of_b = speed(|frame| frame.b.speed_mrpm).into_iter().filter(|(time, _)| *time <= killed).collect();
     let blue = RGBColor(31, 98, 180);
     let orange = RGBColor(230, 126, 34);
-    let marks = events.iter().enumerate().map(|(index, event)| (at(event.time_ns), format!(" {}", index + 1)));
+    let marks =
+        events.iter().enumerate().map(|(index, event)| (at(event.time_ns), format!(" {}", index + 1)));
     Chart {
         title: "safepair demo: one axis, two monitors, one crosscheck (simulated drive)".into(),
         time: (0.0, end),
         speed: (-300.0, value(values, 67) * 1.15),
-        envelope: envelope((0.0, end), value(values, 67), &restrictions(values, events, recording, origin, end)),
+        envelope: envelope(
+            (0.0, end),
+            value(values, 67),
+            &restrictions(values, events, recording, origin, end),
+        ),
         curves: vec![
             Curve { name: "speed, channel A", colour: blue, points: speed(|frame| frame.a.speed_mrpm) },
-            Curve { name: "speed, channel B", colour: orange, points: speed(|frame| frame.b.speed_mrpm) },
+            Curve { name: "speed, channel B", colour: orange, points: of_b },
         ],
         lanes: state_lanes(frames, &at),
         marks: marks.collect(),
@@ -196,8 +216,10 @@ fn restrictions(
     };
     let at = |time_ns: u64| seconds(time_ns, origin);
     let until = |what: What| when(what).map_or(end, at);
-    let sls1 = when(What::Request).map(|t| Restriction::sls1(values, at(t), speed(t), until(What::Violation)));
-    let ss1 = when(What::Violation).map(|t| Restriction::ss1(values, at(t), speed(t), until(What::TorqueOff)));
+    let sls1 =
+        when(What::Request).map(|t| Restriction::sls1(values, at(t), speed(t), until(What::Violation)));
+    let ss1 =
+        when(What::Violation).map(|t| Restriction::ss1(values, at(t), speed(t), until(What::TorqueOff)));
     sls1.into_iter().chain(ss1).collect()
 }
 

@@ -115,7 +115,7 @@ impl<'a> Story<'a> {
     pub fn after_kill(&mut self) -> Result<(), Failure> {
         self.event(What::Kill, "channel B is killed (SIGKILL)");
         self.until("both paths off", |f| !f.readback.1.path_a & !f.readback.1.path_b)?;
-        self.event(What::TorqueOff, "both paths off: the axis coasts without torque");
+        self.event(What::TorqueOff, "both paths off: no torque, the holding brake closes");
         pause(600);
         Ok(())
     }

@@ -88,11 +88,17 @@ impl SetArgs {
         let gpio = [&self.inhibit_a, &self.inhibit_b].iter().any(|path| path.as_str() != "sim");
         let unprotected = gpio && self.plain_command;
         if unprotected {
-            return Err("--plain-command with a GPIO path: an unprotected command must not reach a real power stage".into());
+            return Err(
+                "--plain-command with a GPIO path: an unprotected command must not reach a real power stage"
+                    .into(),
+            );
         }
         let unstated = gpio && self.evaluator.is_none();
         if unstated {
-            return Err("a GPIO path needs --evaluator: state that yours drops the path after three missing edges".into());
+            return Err(
+                "a GPIO path needs --evaluator: state that yours drops the path after three missing edges"
+                    .into(),
+            );
         }
         Ok(Plan {
             folder: folder.clone(),
@@ -117,9 +123,8 @@ impl SetArgs {
 pub fn read_machine(path: &Path) -> Result<params::Machine, String> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
-    params::parse(&text, &name).map_err(|findings| {
-        findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
-    })
+    params::parse(&text, &name)
+        .map_err(|findings| findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
 }
 
 /// Safety images of one axis: number, encoding A, encoding B.
@@ -138,10 +143,13 @@ fn sealed_images(folder: &Path) -> Result<Vec<Images>, String> {
     let at = |error: &dyn std::fmt::Display| format!("{}: {error}", folder.display());
     let erased = params::seal::restart(folder).map_err(|error| at(&error))?;
     if erased {
-        return Err(at(&"expected a sealed set; none is there, or it was loaded without validation and is erased now"));
+        return Err(at(
+            &"expected a sealed set; none is there, or it was loaded without validation and is erased now",
+        ));
     }
     let current = folder.join("current");
-    let image = |axis: u8, channel: &str| std::fs::read(current.join(format!("axis-{axis:02}.{channel}.img")));
+    let image =
+        |axis: u8, channel: &str| std::fs::read(current.join(format!("axis-{axis:02}.{channel}.img")));
     let present = (1..=shm_schema::AXES_MAX as u8).filter(|axis| image(*axis, "a").is_ok());
     let read = |axis: u8| Ok((axis, image(axis, "a")?, image(axis, "b")?));
     let images = present.map(read).collect::<std::io::Result<Vec<_>>>().map_err(|error| at(&error))?;

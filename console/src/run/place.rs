@@ -106,7 +106,8 @@ mod tests {
 
     #[test]
     fn a_second_start_is_refused_and_told_who_runs() {
-        let folder = RunFolder::new(Some(env::temp_dir().join(format!("safepair-lock-{}", std::process::id()))));
+        let folder =
+            RunFolder::new(Some(env::temp_dir().join(format!("safepair-lock-{}", std::process::id()))));
         let held = folder.lock().expect("free");
         let refused = folder.lock().expect_err("held");
         assert!(refused.to_string().contains(&std::process::id().to_string()), "{refused}");

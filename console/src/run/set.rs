@@ -3,11 +3,14 @@
 use std::{
     fmt,
     fs::{self, File},
-    io::{self, PipeReader, PipeWriter, Read},
+    io::{self, PipeReader, PipeWriter, Read, Write},
     os::fd::OwnedFd,
     path::PathBuf,
     process::{Child, Command, ExitStatus},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
@@ -17,8 +20,8 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use sim::shm::Domain;
 
-use super::{Images, RunFolder};
 use super::place::RunFolderError;
+use super::{Images, RunFolder};
 
 /// Every process must report ready within this time.
 const READY_DEADLINE: Duration = Duration::from_secs(5);
@@ -153,8 +156,10 @@ pub struct Set {
     domain: Option<Domain>,
     folder: RunFolder,
     nonce: u32,
-    // Open as long as the supervisor lives: its end of file is the processes' signal.
-    alive: Option<PipeWriter>,
+    // Open as long as the supervisor lives: their end of file is the processes' signal.
+    alive: Vec<PipeWriter>,
+    // Tells the thread that gives the channels signs of life to end.
+    silent: Arc<AtomicBool>,
     lock: Option<File>,
 }
 
@@ -169,17 +174,17 @@ impl Set {
         let nonce = draw_nonce().map_err(|error| StartError::File("/dev/urandom".into(), error))?;
         write_images(plan)?;
         let domain = Domain::create(&plan.folder.place(nonce), &plan.axes).map_err(StartError::Domain)?;
-        let (watched, alive) = io::pipe().map_err(|error| StartError::File("pipe".into(), error))?;
         let mut set = Self {
             children: Vec::new(),
             domain: Some(domain),
             folder: plan.folder.clone(),
             nonce,
-            alive: Some(alive),
+            alive: Vec::new(),
+            silent: Arc::new(AtomicBool::new(false)),
             lock: Some(lock),
         };
         for role in Role::ALL {
-            set.spawn(plan, role, &watched)?;
+            set.spawn(plan, role)?;
         }
         Ok(set)
     }
@@ -220,13 +225,14 @@ impl Set {
         self.end();
     }
 
-    fn spawn(&mut self, plan: &Plan, role: Role, watched: &PipeReader) -> Result<(), StartError> {
+    fn spawn(&mut self, plan: &Plan, role: Role) -> Result<(), StartError> {
         let failed = |error| StartError::Program(role, error);
         let (mut ready, report) = io::pipe().map_err(failed)?;
+        let (watched, alive) = io::pipe().map_err(failed)?;
         let lock = self.lock.as_ref().ok_or(StartError::NotReady(role))?;
         let handed: Vec<(OwnedFd, i32)> = vec![
             (lock.try_clone().map_err(failed)?.into(), LOCK_FD),
-            (watched.try_clone().map_err(failed)?.into(), SUPERVISOR_FD),
+            (watched.into(), SUPERVISOR_FD),
             (report.into(), READY_FD),
         ];
         let mut command = Command::new(beside_us(role.program()).map_err(failed)?);
@@ -239,6 +245,10 @@ impl Set {
         // The descriptors mapped for the child are closed here with the command.
         drop(command);
         self.children.push((role, child));
+        if matches!(role, Role::ChannelA | Role::ChannelB) {
+            give_signs_of_life(alive.try_clone().map_err(failed)?, Arc::clone(&self.silent));
+        }
+        self.alive.push(alive);
         wait_ready(&mut ready).then_some(()).ok_or(StartError::NotReady(role))
     }
 
@@ -285,7 +295,8 @@ impl Set {
 
     fn end(&mut self) {
         // End of file on the pipe asks as well, for a process that missed the signal.
-        self.alive = None;
+        self.silent.store(true, Ordering::Relaxed);
+        self.alive.clear();
         for (_, child) in &self.children {
             let _ = kill(Pid::from_raw(child.id() as i32), Signal::SIGTERM);
             // A stopped process takes its signal only when it goes on.
@@ -303,6 +314,7 @@ impl Set {
         self.domain = None;
         let _ = self.folder.place(self.nonce).wipe();
         let _ = fs::remove_dir_all(self.folder.images());
+        let _ = fs::remove_dir_all(self.folder.domain());
         self.lock = None;
     }
 }
@@ -311,6 +323,17 @@ impl Drop for Set {
     fn drop(&mut self) {
         self.end();
     }
+}
+
+/// A channel that hears nothing for ten of these takes the supervisor for stopped.
+const SIGN_OF_LIFE: Duration = Duration::from_millis(50);
+
+fn give_signs_of_life(mut pipe: PipeWriter, silent: Arc<AtomicBool>) {
+    thread::spawn(move || {
+        while !silent.load(Ordering::Relaxed) && pipe.write_all(b".").is_ok() {
+            thread::sleep(SIGN_OF_LIFE);
+        }
+    });
 }
 
 fn path_options(plan: &Plan, inhibit: &str) -> Vec<(&'static str, String)> {

@@ -120,7 +120,6 @@ fn whoever_is_stopped_takes_the_torque_away_for_good() {
 
 /// Design 5: death or stop of the supervisor is STO.
 #[test]
-#[ignore = "known gap: the processes watch for the supervisor's death only, a stopped one keeps torque on"]
 fn a_stopped_supervisor_takes_the_torque_away_for_good() {
     rounds(3, &[Role::Supervisor], Signal::SIGSTOP, 3);
 }

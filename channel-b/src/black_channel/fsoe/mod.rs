@@ -111,17 +111,19 @@ impl Slave {
             return self.recover(answer);
         };
         let is_new = self.last_image.replace(image);
-        if is_new {
+        // A frame that is right but late finds the connection gone.
+        let outcome = if memory.has_expired(now_ns) {
+            self.refuse(memory, ResetCode::WatchdogExpired, answer)
+        } else if is_new {
+            self.process(memory, &frame, now_ns, inputs, answer)
+        } else {
+            Outcome::Nothing
+        };
+        // 3.2: an image that is ignored is no frame processed.
+        if is_new & (outcome == Outcome::Answered) {
             self.digest = frame_digest(image);
         }
-        // A frame that is right but late finds the connection gone.
-        if memory.has_expired(now_ns) {
-            return self.refuse(memory, ResetCode::WatchdogExpired, answer);
-        }
-        if !is_new {
-            return Outcome::Nothing;
-        }
-        self.process(memory, &frame, now_ns, inputs, answer)
+        outcome
     }
 
     /// Lets time pass without a frame: writes Reset(5) once the watchdog has

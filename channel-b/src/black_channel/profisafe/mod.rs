@@ -89,16 +89,18 @@ impl Device {
         };
         let memory = self.trusted();
         let is_new = self.last_image.replace(image);
-        if is_new {
-            self.digest = frame_digest(image);
-        }
         let has_expired = memory.has_expired(now_ns, parameters.watchdog_ms);
         let memory = if has_expired { self.time_out(memory) } else { memory };
-        match (is_new, has_expired) {
+        let outcome = match (is_new, has_expired) {
             (false, false) => Outcome::Nothing,
             (false, true) => self.answer(memory, inputs, answer),
             (true, _) => self.process(memory, &telegram, now_ns, inputs, answer),
+        };
+        // 8.3: an image that is ignored before the start is no telegram processed.
+        if is_new & (outcome == Outcome::Answered) {
+            self.digest = frame_digest(image);
         }
+        outcome
     }
 
     /// Lets time pass without a telegram: writes the passivated telegram once
