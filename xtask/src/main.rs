@@ -88,15 +88,7 @@ fn check(_: &[String]) -> Outcome {
     let installed =
         Command::new(env!("CARGO")).args(["deny", "--version"]).output().is_ok_and(|o| o.status.success());
     if installed {
-        return cargo(&[
-            "deny",
-            "--offline",
-            "check",
-            "--hide-inclusion-graph",
-            "licenses",
-            "bans",
-            "sources",
-        ]);
+        return cargo(&["deny", "check", "--hide-inclusion-graph", "licenses", "bans", "sources"]);
     }
     eprintln!("note: cargo deny is not installed; licences and sources were not checked");
     Ok(())
