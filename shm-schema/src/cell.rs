@@ -169,6 +169,26 @@ layout! {
     }
 }
 
+impl Header {
+    /// Header of a cell that its writer has not published yet: everything that follows from
+    /// kind, axis and run.
+    pub const fn of(kind: Kind, axis: u8, boot_nonce: u32) -> Self {
+        Self {
+            crc32: 0,
+            crc32c: 0,
+            layout: kind.layout(),
+            length: kind.length() as u16,
+            kind,
+            writer: kind.writer(),
+            boot_nonce,
+            axis,
+            reserved: [0; 3],
+            sequence: 0,
+            timestamp_ns: 0,
+        }
+    }
+}
+
 /// Octets in front of what the check sums cover.
 pub const CRC_START: usize = 8;
 

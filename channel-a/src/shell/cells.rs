@@ -232,15 +232,7 @@ impl Place {
 
     fn output<T: Cell>(&self, port: &Writer<Ipc, u32>, kind: Kind) -> Result<Output<T>, String> {
         let entry = port.entry::<T::Octets>(&u32::from(self.axis)).map_err(named(kind.name()))?;
-        let header = Header {
-            layout: kind.layout(),
-            length: kind.length() as u16,
-            kind,
-            writer: kind.writer(),
-            boot_nonce: self.nonce,
-            axis: self.axis,
-            ..Header::default()
-        };
+        let header = Header::of(kind, self.axis, self.nonce);
         Ok(Output { entry, header })
     }
 }

@@ -49,7 +49,7 @@ fn signal_fd() -> RawFd {
 
 /// Longest silence of a supervisor that has spoken once, ms. A stopped supervisor is as good
 /// as a dead one (design 5).
-const SILENCE_MS: libc::c_int = 500;
+const SILENCE_MS: libc::c_int = 250;
 
 /// Returns when a signal is pending, the supervisor has ended or fallen silent, or waiting
 /// itself fails.

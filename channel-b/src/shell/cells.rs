@@ -245,15 +245,7 @@ impl Place {
 
     fn output<const N: usize>(&self, port: &Writer<Ipc, u32>, kind: Kind) -> Result<Output<N>, Trouble> {
         let entry = port.entry(&u32::from(self.axis)).map_err(|error| Trouble::new(kind.name(), error))?;
-        let header = Header {
-            layout: kind.layout(),
-            length: kind.length() as u16,
-            kind,
-            writer: kind.writer(),
-            boot_nonce: self.nonce,
-            axis: self.axis,
-            ..Header::default()
-        };
+        let header = Header::of(kind, self.axis, self.nonce);
         Ok(Output { entry, header, crc: self.crc })
     }
 }

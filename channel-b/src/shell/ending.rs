@@ -45,7 +45,7 @@ pub fn watch(supervisor: Option<OwnedFd>) -> Result<Ending, Trouble> {
 
 /// A supervisor that has given a sign of life gives the next one within this time, or counts
 /// as dead: it may have been stopped (design 5).
-const LIFE_SIGN_MS: u16 = 500;
+const LIFE_SIGN_MS: u16 = 250;
 
 /// Returns when one of them has come; an error ends the process too.
 fn wait(signals: &SignalFd, supervisor: Option<&OwnedFd>) {

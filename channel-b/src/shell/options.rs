@@ -23,12 +23,12 @@ pub enum Backend {
 /// Everything the supervisor says.
 #[derive(Debug)]
 pub struct Options {
-    /// Private root folder of this run.
-    pub domain: PathBuf,
-    /// iceoryx2 prefix.
-    pub prefix: String,
     /// Boot nonce.
     pub nonce: u32,
+    /// iceoryx2 prefix.
+    pub prefix: String,
+    /// Private root folder of this run.
+    pub domain: PathBuf,
     /// Cycle, ns.
     pub cycle_ns: u64,
     /// Wake-up inside the cycle, ns.

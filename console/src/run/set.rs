@@ -325,8 +325,8 @@ impl Drop for Set {
     }
 }
 
-/// A channel that hears nothing for ten of these takes the supervisor for stopped.
-const SIGN_OF_LIFE: Duration = Duration::from_millis(50);
+/// A channel that hears nothing for a dozen of these takes the supervisor for stopped.
+const SIGN_OF_LIFE: Duration = Duration::from_millis(20);
 
 fn give_signs_of_life(mut pipe: PipeWriter, silent: Arc<AtomicBool>) {
     thread::spawn(move || {

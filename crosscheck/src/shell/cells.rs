@@ -211,15 +211,7 @@ impl Place {
         kind: Kind,
     ) -> Result<Output<N>, OpenError> {
         let entry = port.entry(&u32::from(self.axis)).map_err(|error| OpenError::new(kind.name(), error))?;
-        let header = Header {
-            layout: kind.layout(),
-            length: kind.length() as u16,
-            kind,
-            writer: kind.writer(),
-            boot_nonce: self.nonce,
-            axis: self.axis,
-            ..Header::default()
-        };
+        let header = Header::of(kind, self.axis, self.nonce);
         Ok(Output { entry, header })
     }
 }

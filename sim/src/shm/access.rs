@@ -81,15 +81,7 @@ impl<T: CellValue> CellWriter<T> {
         nonce: u32,
     ) -> Result<Self, DomainError> {
         let entry = port.entry::<T::Octets>(&u32::from(axis)).map_err(service_error(kind.name()))?;
-        let header = Header {
-            layout: kind.layout(),
-            length: kind.length() as u16,
-            kind,
-            writer: kind.writer(),
-            boot_nonce: nonce,
-            axis,
-            ..Header::default()
-        };
+        let header = Header::of(kind, axis, nonce);
         Ok(Self { entry, header, _port: port.clone() })
     }
 
