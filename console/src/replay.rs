@@ -8,8 +8,7 @@ use std::process::ExitCode;
 use clap::Args as ClapArgs;
 use sim::replay::{ReplayOptions, replay_to};
 
-/// Exit code for bad input, after one clear line.
-const BAD_INPUT: u8 = 2;
+use crate::report::bad_input;
 
 /// Drive the cores of A, B and crosscheck over a trace, in virtual time.
 #[derive(Debug, ClapArgs)]
@@ -38,10 +37,7 @@ pub struct Args {
 pub fn run(args: &Args) -> ExitCode {
     match replay(args) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("{message}");
-            ExitCode::from(BAD_INPUT)
-        }
+        Err(message) => bad_input(&message),
     }
 }
 

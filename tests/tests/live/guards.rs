@@ -53,17 +53,7 @@ impl Guards {
 }
 
 fn header(kind: Kind) -> Header {
-    Header {
-        layout: kind.layout(),
-        length: kind.length() as u16,
-        kind,
-        writer: kind.writer(),
-        boot_nonce: NONCE,
-        axis: AXIS,
-        sequence: 1_000,
-        timestamp_ns: 5_000_000_000,
-        ..Header::default()
-    }
+    Header { sequence: 1_000, timestamp_ns: 5_000_000_000, ..Header::of(kind, AXIS, NONCE) }
 }
 
 /// Runs `$test::<Payload>(kind)` for every kind that a monitor reads.
