@@ -507,7 +507,11 @@ impl Monitor {
             position: report.position,
             speed: i64::from(report.speed_mrpm),
         });
-        Outputs { report, inhibit: Inhibit { permit: driving, edges: self.path.edges() } }
+        Outputs {
+            report,
+            inhibit: Inhibit { permit: driving, edges: self.path.edges(), ..Inhibit::default() },
+            answer: None,
+        }
     }
 
     fn report(

@@ -99,7 +99,7 @@ impl Path {
         self.since_pulse = if is_pulse { 0 } else { self.since_pulse.saturating_add(1) };
         let is_edge = permit & !is_test_pulse;
         self.edges = self.edges.wrapping_add(u64::from(is_edge));
-        Inhibit { permit, edges: self.edges }
+        Inhibit { permit, edges: self.edges, ..Inhibit::default() }
     }
 }
 

@@ -44,6 +44,9 @@ enumeration! {
         Fsoe = 2,
         /// `frame` is a PROFIsafe frame.
         Profisafe = 3,
+        /// `frame` is the F-parameter block of the PROFIsafe host; a new one starts the
+        /// F-Device anew.
+        ProfisafeParameters = 4,
     }
 }
 
@@ -62,6 +65,9 @@ layout! {
         pub word: Word,
         /// Grows by one with every new frame.
         pub frame_number: u32,
+        /// Exchange in which both channels process the frame: at least two ahead when the
+        /// gateway writes it, so that both see it in the same exchange.
+        pub frame_exchange: u64,
         /// Octets of `frame` in use.
         pub frame_length: u16,
         /// The received frame, unchanged.

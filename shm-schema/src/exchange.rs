@@ -5,6 +5,7 @@
 //! believable is judged inside the step.
 
 use crate::agreement::Agreement;
+use crate::answer::Answer;
 use crate::command::Command;
 use crate::drive::DriveRequest;
 use crate::encoder::Encoder;
@@ -95,8 +96,35 @@ pub struct Setup {
     pub stale_cycles: u8,
     /// Overruns in a row at which the path is dropped; default 3.
     pub overruns_max: u8,
+    /// Factor on every age, partner time-out, overrun limit and readback wait: 1 is the strict
+    /// timing, [`RELAXED_AGE_FACTOR`] the relaxed one of simulation, refused with a GPIO path.
+    pub age_factor: u8,
     /// Build identity the release manifest names for the partner; 0: not checked (simulation).
     pub partner_build: u32,
+    /// The fieldbus this axis is commanded by.
+    pub bus: Bus,
+}
+
+/// Factor of the relaxed timing.
+pub const RELAXED_AGE_FACTOR: u8 = 10;
+
+/// The black channel of one axis (design 9).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bus {
+    /// None: frames are refused, the command is a plain word (simulation, replay) or inputs.
+    None,
+    /// FSoE slave.
+    Fsoe {
+        /// Device address, 1 to 65,535.
+        address: u16,
+        /// Id of the first session, drawn anew for each start; each later session uses one more.
+        session_id: u16,
+    },
+    /// PROFIsafe F-Device.
+    Profisafe {
+        /// F_Dest_Add, 1 to 65,534.
+        address: u16,
+    },
 }
 
 impl Setup {
@@ -109,7 +137,9 @@ impl Setup {
             start,
             stale_cycles: 3,
             overruns_max: 3,
+            age_factor: 1,
             partner_build: 0,
+            bus: Bus::None,
         }
     }
 }
@@ -149,6 +179,8 @@ pub struct Outputs {
     /// To drive on the own path: `permit`, and `edges` one higher than before when the
     /// path is to be refreshed in this cycle.
     pub inhibit: Inhibit,
+    /// A new answer on the black channel, to publish as `answer-a` or `answer-b`.
+    pub answer: Option<Answer>,
 }
 
 /// Everything crosscheck's step sees.

@@ -17,6 +17,9 @@ layout! {
         pub permit: bool,
         /// Grows by one with each edge.
         pub edges: u64,
+        /// The channel's own lines of the safe outputs in the cycle that follows: SA1.n, SA2.n,
+        /// SDYNn (n = 1 for A, 2 for B). Bit k is the level of the k-th sample of 62.5 µs.
+        pub outputs: [u64; 3],
     }
 }
 payload!(Inhibit);

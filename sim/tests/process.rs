@@ -87,9 +87,9 @@ fn the_drive_turns_only_while_both_paths_are_refreshed() {
     let mut edges = 0;
     let mut refresh = |b: bool| {
         edges += 1;
-        inhibit_a.publish(&Inhibit { permit: true, edges }, 1);
+        inhibit_a.publish(&Inhibit { permit: true, edges, ..Inhibit::default() }, 1);
         if b {
-            inhibit_b.publish(&Inhibit { permit: true, edges }, 1);
+            inhibit_b.publish(&Inhibit { permit: true, edges, ..Inhibit::default() }, 1);
         }
     };
     until("movement", || {

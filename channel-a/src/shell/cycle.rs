@@ -29,7 +29,7 @@ impl Drop for Seat {
     /// On every way out the path is off.
     fn drop(&mut self) {
         self.axis.line.off();
-        self.axis.inhibit.publish(&Inhibit { permit: false, edges: self.edges }, now_ns());
+        self.axis.inhibit.publish(&Inhibit { edges: self.edges, ..Inhibit::default() }, now_ns());
     }
 }
 

@@ -276,7 +276,7 @@ impl Monitor {
     fn word(&self, command: &Command) -> Word {
         match command.source {
             CommandSource::Plain => command.word,
-            CommandSource::None | CommandSource::Fsoe | CommandSource::Profisafe => Word::ZERO,
+            _ => Word::ZERO,
         }
     }
 

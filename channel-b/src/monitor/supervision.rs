@@ -135,6 +135,6 @@ impl Monitor {
         let per_second = 1_000_000_000_u64.checked_div(self.setup.cycle_ns).unwrap_or(0);
         report.test_pulse = Path::is_test_cycle(cells.exchange, per_second) & report.ready & report.driving;
         let inhibit = self.path.drive(report.driving, report.test_pulse, self.senses.partner_drives);
-        Outputs { report, inhibit }
+        Outputs { report, inhibit, answer: None }
     }
 }

@@ -291,7 +291,7 @@ impl<T: Channel> Side<T> {
                 overruns: 0,
                 image_sound: true,
             },
-            outputs: Outputs { report: Report::default(), inhibit: Inhibit::default() },
+            outputs: Outputs { report: Report::default(), inhibit: Inhibit::default(), answer: None },
             report: Err(nothing),
             signals,
             frozen: None,

@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     fn drive(evaluator: &mut Evaluator, permit: bool, edges: u64) -> bool {
-        evaluator.step(&Inhibit { permit, edges });
+        evaluator.step(&Inhibit { permit, edges, ..Inhibit::default() });
         evaluator.on()
     }
 

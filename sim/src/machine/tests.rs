@@ -27,7 +27,7 @@ impl Channel for Obedient {
         self.edges += u64::from(permit);
         let exchange = inputs.encoder.map_or(0, |sample| sample.sequence);
         let report = Report { exchange, ready: permit, driving: permit, ..Report::default() };
-        Outputs { report, inhibit: Inhibit { permit, edges: self.edges } }
+        Outputs { report, inhibit: Inhibit { permit, edges: self.edges, ..Inhibit::default() }, answer: None }
     }
 }
 
