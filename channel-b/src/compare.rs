@@ -1,5 +1,6 @@
 //! Comparison with the partner's report of the same exchange (DEC-21, DEC-22).
 
+use shm_schema::error::{ErrorCode, ErrorList};
 use shm_schema::report::{Phase, Report, Stop};
 use shm_schema::word::Word;
 
@@ -19,7 +20,17 @@ pub struct Limits {
     pub tolerance: u64,
     /// Status bits that belong to the stops and are timed as [`Item::Stop`].
     pub stop_bits: Word,
+    /// The status bit that shows an error.
+    pub error_bit: Word,
+    /// Errors about differences: they are no difference themselves, or one that has been
+    /// found would keep itself alive.
+    pub own_codes: [ErrorCode; DIFFERENCE_CODES],
 }
+
+/// Codes of DEC-45: 3606/13/1 to 8 as the profile names them.
+pub const DIFFERENCE_CODES: usize = 8;
+/// AMK: warnings do not count as errors, some belong to one channel's path alone (DEC-47).
+const WARNING: u32 = 3610;
 
 /// A thing that may differ for the fault tolerance time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +79,8 @@ pub struct Comparison {
     crowded: Option<u64>,
     compared: Option<u64>,
     last: Differences,
+    /// Nothing differed in the newest exchange, tolerated or not.
+    is_quiet: bool,
 }
 
 impl Comparison {
@@ -80,7 +93,13 @@ impl Comparison {
             crowded: None,
             compared: None,
             last: Differences { stop: None, other: false, position: false, speed: false, identity: false },
+            is_quiet: false,
         }
+    }
+
+    /// Nothing differed in the newest exchange: what start-up asks for (DEC-19).
+    pub fn is_equal(&self) -> bool {
+        self.is_quiet & self.is_clear()
     }
 
     /// The newest comparison found nothing.
@@ -97,13 +116,14 @@ impl Comparison {
     }
 
     /// Compares the partner's report with the own of the same exchange: `current`, or one
-    /// kept. Without a pair the last result stands.
+    /// kept. Without a pair the last result stands. `is_starting`: before the first torque.
     pub fn compare(
         &mut self,
         current: &Report,
         partner: &Report,
         limits: &Limits,
         build: u32,
+        is_starting: bool,
     ) -> Differences {
         if self.compared == Some(partner.exchange) {
             return self.last;
@@ -112,33 +132,37 @@ impl Comparison {
         let own = if current.exchange == partner.exchange { Some(*current) } else { kept.copied() };
         let Some(own) = own else { return self.last };
         if !(is_comparable(own.phase) & is_comparable(partner.phase)) {
+            self.is_quiet = false;
             return self.last;
         }
         self.compared = Some(partner.exchange);
-        self.last = self.difference(&own, partner, limits, build);
+        let expired = self.time(&own, partner, limits, is_starting);
+        self.last = difference(&own, partner, limits, build, expired);
         self.last
     }
 
-    fn difference(&mut self, own: &Report, partner: &Report, limits: &Limits, build: u32) -> Differences {
-        let expired = self.time(own, partner, limits);
-        let distance = own.position.saturating_sub(partner.position).saturating_abs();
-        let speed = i64::from(own.speed_mrpm).saturating_sub(i64::from(partner.speed_mrpm));
-        let other_build = (build != 0) & (partner.build != build);
-        Differences {
-            stop: expired.0,
-            other: expired.1,
-            position: distance > limits.position,
-            speed: speed.saturating_abs() > limits.speed,
-            identity: other_build | (own.parameter_signature != partner.parameter_signature),
-        }
-    }
-
     /// Advances the timers of everything that differs; what has differed for too long.
-    fn time(&mut self, own: &Report, partner: &Report, limits: &Limits) -> (Option<Stop>, bool) {
-        let stop = differing_stop(own.stop, partner.stop);
-        let lanes = lanes(own, partner, if stop.is_some() { limits.stop_bits } else { Word::ZERO });
-        let is_quiet = lanes.iter().all(|lane| lane.0 == [0; 8]) & stop.is_none();
-        if is_quiet {
+    fn time(
+        &mut self,
+        own: &Report,
+        partner: &Report,
+        limits: &Limits,
+        is_starting: bool,
+    ) -> (Option<Stop>, bool) {
+        // One channel may come to the next phase of start-up before the other: what its status
+        // shows then, and an error of one that pairs, only keeps the other waiting.
+        let is_ahead = is_starting & (own.phase != partner.phase);
+        let stop = if is_ahead { None } else { differing_stop(own.stop, partner.stop) };
+        let has_errors = (is_counted(&own.errors, limits), is_counted(&partner.errors, limits));
+        let differs_by_error = has_errors.0 != has_errors.1;
+        let mut masked = if stop.is_some() { limits.stop_bits } else { Word::ZERO };
+        let is_error_explained = !differs_by_error | is_starting;
+        masked = if is_error_explained { joined(masked, limits.error_bit) } else { masked };
+        masked = if is_ahead { Word([u32::MAX; 8]) } else { masked };
+        let lanes = lanes(own, partner, masked, differs_by_error & !is_starting);
+        let is_still = lanes.iter().all(|lane| lane.0 == [0; 8]) & stop.is_none();
+        self.is_quiet = is_still & !differs_by_error;
+        if is_still {
             self.timed = [None; TIMED];
             self.crowded = None;
             return (None, false);
@@ -215,6 +239,31 @@ impl Default for Comparison {
     }
 }
 
+/// What this exchange differs in; `expired` by the timers.
+fn difference(
+    own: &Report,
+    partner: &Report,
+    limits: &Limits,
+    build: u32,
+    expired: (Option<Stop>, bool),
+) -> Differences {
+    let distance = own.position.saturating_sub(partner.position).saturating_abs();
+    let speed = i64::from(own.speed_mrpm).saturating_sub(i64::from(partner.speed_mrpm));
+    let other_build = (build != 0) & (partner.build != build);
+    Differences {
+        stop: expired.0,
+        other: expired.1,
+        position: distance > limits.position,
+        speed: speed.saturating_abs() > limits.speed,
+        identity: other_build | (own.parameter_signature != partner.parameter_signature),
+    }
+}
+
+/// Errors stand that are not about differences between the channels.
+fn is_counted(errors: &ErrorList, limits: &Limits) -> bool {
+    errors.iter().any(|code| (code.code != WARNING) & !limits.own_codes.contains(code))
+}
+
 const LANES: usize = 4;
 
 fn is_comparable(phase: Phase) -> bool {
@@ -239,17 +288,24 @@ fn differing_stop(own: Stop, partner: Stop) -> Option<Stop> {
 }
 
 /// What differs, bit by bit. Bits masked by a differing stop are not counted twice.
-fn lanes(own: &Report, partner: &Report, masked: Word) -> [Word; LANES] {
+fn lanes(own: &Report, partner: &Report, masked: Word, differs_by_error: bool) -> [Word; LANES] {
     let status = xor(&own.status, &partner.status);
     let inputs = own.inputs ^ partner.inputs;
     let acknowledgements = own.acknowledgements ^ partner.acknowledgements;
-    let has_error = own.errors.is_empty() != partner.errors.is_empty();
-    let single = [inputs, acknowledgements, u32::from(has_error), 0, 0, 0, 0, 0];
+    let single = [inputs, acknowledgements, u32::from(differs_by_error), 0, 0, 0, 0, 0];
     let mut shown = status.0;
     for (part, mask) in shown.iter_mut().zip(masked.0) {
         *part &= !mask;
     }
     [Word(shown), xor(&own.requested, &partner.requested), Word(single), Word::ZERO]
+}
+
+fn joined(one: Word, other: Word) -> Word {
+    let mut parts = one.0;
+    for (part, other) in parts.iter_mut().zip(other.0) {
+        *part |= other;
+    }
+    Word(parts)
 }
 
 fn xor(one: &Word, other: &Word) -> Word {
@@ -264,8 +320,15 @@ fn xor(one: &Word, other: &Word) -> Word {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits =
-        Limits { position: 50, speed: 16_000, tolerance: 120, stop_bits: Word::from_u32(1) };
+    const OWN: ErrorCode = ErrorCode::amk(3606, 13, 8, 0);
+    const LIMITS: Limits = Limits {
+        position: 50,
+        speed: 16_000,
+        tolerance: 120,
+        stop_bits: Word::from_u32(1),
+        error_bit: Word::from_u32(1 << 7),
+        own_codes: [OWN; DIFFERENCE_CODES],
+    };
 
     fn report(exchange: u64, status: u32, position: i64) -> Report {
         let status = Word::from_u32(status);
@@ -276,7 +339,7 @@ mod tests {
         let mut comparison = Comparison::new();
         (0..400).find(|k| {
             let theirs = report(*k, partner(*k), 0);
-            found(&comparison.compare(&report(*k, 0, 0), &theirs, &LIMITS, 0))
+            found(&comparison.compare(&report(*k, 0, 0), &theirs, &LIMITS, 0, false))
         })
     }
 
@@ -298,9 +361,46 @@ mod tests {
     fn positions_may_differ_by_the_limit_and_no_further() {
         let judged = |position| {
             let mut comparison = Comparison::new();
-            comparison.compare(&report(1, 0, 0), &report(1, 0, position), &LIMITS, 0).position
+            comparison.compare(&report(1, 0, 0), &report(1, 0, position), &LIMITS, 0, false).position
         };
         assert_eq!([50, -50, 51, -51].map(judged), [false, false, true, true]);
+    }
+
+    fn with_error(report: Report, code: ErrorCode) -> Report {
+        let mut errors = ErrorList::default();
+        errors.insert(code);
+        Report { errors, status: Word::from_u32(1 << 7), ..report }
+    }
+
+    /// DEC-15: the error about a difference is no difference, or it could never be cleared.
+    #[test]
+    fn an_error_of_one_channel_is_a_difference_but_for_errors_about_differences() {
+        let trips = |code: ErrorCode| {
+            let mut comparison = Comparison::new();
+            (0..=120).any(|k| {
+                let own = with_error(report(k, 0, 0), code);
+                comparison.compare(&own, &report(k, 0, 0), &LIMITS, 0, false).other
+            })
+        };
+        assert!(trips(ErrorCode::amk(3606, 7, 3, 0)));
+        assert!(!trips(OWN) & !trips(ErrorCode::amk(3610, 76, 6, 0)));
+    }
+
+    /// DEC-19: before the first torque a partner in another phase is waited for.
+    #[test]
+    fn what_a_later_phase_shows_is_no_difference_before_the_first_torque() {
+        for (is_starting, trips) in [(true, false), (false, true)] {
+            let mut comparison = Comparison::new();
+            let seen = (0..=120).any(|k| {
+                let partner = Report { phase: Phase::AwaitAcknowledge, ..report(k, 1 << 28, 0) };
+                comparison.compare(&report(k, 0, 0), &partner, &LIMITS, 0, is_starting).other
+            });
+            assert_eq!(seen, trips);
+        }
+        let mut comparison = Comparison::new();
+        let partner = with_error(report(1, 0, 0), ErrorCode::amk(3606, 7, 3, 0));
+        comparison.compare(&report(1, 0, 0), &partner, &LIMITS, 0, true);
+        assert!(!comparison.is_equal() & comparison.is_clear());
     }
 
     #[test]
@@ -310,8 +410,8 @@ mod tests {
             comparison.keep(&report(k, 0, 1_000 * k as i64));
         }
         let now = report(4, 0, 4_000);
-        assert!(comparison.compare(&now, &report(2, 0, 2_000), &LIMITS, 0).is_clear());
-        assert!(comparison.compare(&now, &report(3, 0, 3_999), &LIMITS, 0).position);
+        assert!(comparison.compare(&now, &report(2, 0, 2_000), &LIMITS, 0, false).is_clear());
+        assert!(comparison.compare(&now, &report(3, 0, 3_999), &LIMITS, 0, false).position);
     }
 
     #[test]
@@ -319,7 +419,7 @@ mod tests {
         let mut comparison = Comparison::new();
         let last = (0..=120).map(|k| {
             let theirs = Report { stop: Stop::Ss1, ..report(k, 0, 0) };
-            comparison.compare(&report(k, 0, 0), &theirs, &LIMITS, 0)
+            comparison.compare(&report(k, 0, 0), &theirs, &LIMITS, 0, false)
         });
         assert_eq!(last.last().and_then(|d| d.stop), Some(Stop::Ss1));
     }

@@ -80,6 +80,8 @@ pub struct Clock {
     window_start: u64,
     window_least: i64,
     previous_least: Option<i64>,
+    /// Drift over one second that is a fault, ns.
+    rate_ns: i64,
 }
 
 /// What a foreign clock said.
@@ -94,14 +96,15 @@ pub struct ClockVerdict {
 }
 
 impl Clock {
-    /// Nothing seen yet.
-    pub const fn new() -> Self {
-        Self { base: None, window_start: 0, window_least: i64::MAX, previous_least: None }
+    /// Nothing seen yet; `factor` on the limit (architecture, "Timing").
+    pub const fn new(factor: u8) -> Self {
+        let rate_ns = RATE_NS.saturating_mul(factor as i64);
+        Self { base: None, window_start: 0, window_least: i64::MAX, previous_least: None, rate_ns }
     }
 
     /// Forgets everything, after a gap.
     pub const fn restart(&mut self) {
-        *self = Self::new();
+        *self = Self { rate_ns: self.rate_ns, ..Self::new(1) };
     }
 
     /// A stamp `theirs` read at `now`; `tolerance_ns` of future is no fault.
@@ -130,7 +133,7 @@ impl Clock {
         self.previous_least = Some(least);
         self.window_least = i64::MAX;
         // Slow drift of two clocks of one crystal is followed, a wrong rate is a fault.
-        let is_off = drift.saturating_abs() > RATE_NS;
+        let is_off = drift.saturating_abs() > self.rate_ns;
         if !is_off {
             self.base = Some(least);
         }
@@ -140,7 +143,7 @@ impl Clock {
 
 impl Default for Clock {
     fn default() -> Self {
-        Self::new()
+        Self::new(1)
     }
 }
 
@@ -165,7 +168,7 @@ mod tests {
     #[test]
     fn a_clock_three_per_cent_slow_is_found_and_one_per_cent_is_not() {
         for (percent, off) in [(1, false), (3, true)] {
-            let mut clock = Clock::new();
+            let mut clock = Clock::new(1);
             let seen = (0..2_500_u64).any(|cycle| {
                 let theirs = cycle * MS - cycle * MS / 100 * percent;
                 clock.observe(7 + cycle * MS, theirs, MS).is_off
@@ -176,7 +179,7 @@ mod tests {
 
     #[test]
     fn an_old_stamp_has_an_age_and_a_stamp_of_the_future_is_ahead() {
-        let mut clock = Clock::new();
+        let mut clock = Clock::new(1);
         clock.observe(100 * MS, 40 * MS, MS);
         assert_eq!(clock.observe(103 * MS, 40 * MS, MS).age_ns, 3 * MS);
         assert!(clock.observe(104 * MS, 47 * MS, MS).is_ahead);

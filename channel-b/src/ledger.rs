@@ -14,6 +14,9 @@ pub enum Cause {
     Reaction,
     /// As long as it is raised again every cycle.
     Live,
+    /// As long as it is raised again every cycle; ends by itself. Only before the first
+    /// torque: nothing was tripped yet, and the first torque needs an edge anyway (DEC-19).
+    Starting,
     /// Until the set is restarted or a valid parameter set loaded.
     Lasting,
 }
@@ -70,8 +73,13 @@ impl Ledger {
 
     /// A new cycle: causes that are not raised again count as gone.
     pub fn begin_cycle(&mut self) {
-        for standing in self.entries.iter_mut().flatten() {
+        for place in &mut self.entries {
+            let Some(standing) = place else { continue };
             standing.fresh = standing.fresh.saturating_sub(1);
+            let is_over = (standing.entry.cause == Cause::Starting) & (standing.fresh == 0);
+            if is_over {
+                *place = None;
+            }
         }
     }
 
@@ -80,6 +88,10 @@ impl Ledger {
         let known = self.entries.iter_mut().flatten().find(|old| old.entry.code == entry.code);
         if let Some(standing) = known {
             standing.fresh = 2;
+            // What stood at the start and stands under torque is an error like any other.
+            if standing.entry.cause == Cause::Starting {
+                standing.entry.cause = entry.cause;
+            }
             return;
         }
         match self.entries.iter_mut().find(|place| place.is_none()) {
@@ -95,7 +107,7 @@ impl Ledger {
             let Some(standing) = place else { continue };
             let gone = match standing.entry.cause {
                 Cause::Reaction => settled,
-                Cause::Live => standing.fresh == 0,
+                Cause::Live | Cause::Starting => standing.fresh == 0,
                 Cause::Lasting => false,
             };
             if gone {
@@ -167,6 +179,22 @@ mod tests {
         ledger.begin_cycle();
         ledger.acknowledge(true, &mut |_| ());
         assert!(!ledger.has_error());
+    }
+
+    /// DEC-19: what disturbs a start-up ends with its cause; under torque it waits for an edge.
+    #[test]
+    fn a_disturbed_start_needs_no_edge_of_its_own() {
+        let mut ledger = Ledger::new();
+        ledger.raise(Entry::sto(PARTNER, Cause::Starting));
+        ledger.begin_cycle();
+        assert!(ledger.has_error());
+        ledger.begin_cycle();
+        assert!(!ledger.has_error());
+        ledger.raise(Entry::sto(PARTNER, Cause::Starting));
+        ledger.raise(Entry::sto(PARTNER, Cause::Live));
+        ledger.begin_cycle();
+        ledger.begin_cycle();
+        assert!(ledger.has_error());
     }
 
     #[test]

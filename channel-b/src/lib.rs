@@ -9,7 +9,7 @@
 //!
 //! - [`guard`]: form of cells · [`image`]: parameters · [`profile`]: rows of each product
 //! - [`engine`]: what functions have in common · [`encoder`], [`inputs`]: the senses
-//! - [`fresh`], [`compare`], [`path`]: watching the others · [`ledger`]: standing errors
+//! - [`fresh`], [`agreed`], [`compare`], [`path`]: watching the others · [`ledger`]: standing errors
 //! - [`monitor`]: one axis, one step · [`black_channel`]: the fieldbus slaves
 //!
 //! Conditions are joined without short circuit: every part of a decision is computed in
@@ -24,6 +24,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod agreed;
 pub mod black_channel;
 pub mod compare;
 pub mod crc;

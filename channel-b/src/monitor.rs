@@ -10,6 +10,8 @@ mod tests_atv;
 mod tests_etg;
 #[cfg(test)]
 mod tests_lenze;
+#[cfg(test)]
+mod tests_start;
 
 use shm_schema::drive::DriveRequest;
 use shm_schema::error::ErrorCode;
@@ -18,6 +20,7 @@ use shm_schema::report::{Phase, Report, Stop};
 use shm_schema::word::Word;
 
 use crate::BUILD;
+use crate::agreed::Agreed;
 use crate::compare::{Comparison, Limits};
 use crate::encoder::Evaluation;
 use crate::engine::Motion;
@@ -48,8 +51,17 @@ pub struct Monitor {
     comparison: Comparison,
     senses: Senses,
     is_first: bool,
+    /// The path was driven under torque in the cycle before.
+    was_driving: bool,
+    /// It was dropped because no accepted agreement was young enough.
+    has_lapsed: bool,
     restart_pending: bool,
     flow: u32,
+}
+
+/// Factor of the timing on every age and wait (architecture, "Timing").
+const fn factor(setup: &Setup) -> u8 {
+    if setup.age_factor == 0 { 1 } else { setup.age_factor }
 }
 
 impl Monitor {
@@ -97,7 +109,7 @@ impl Monitor {
             limits: plan.limits(setup.cycle_ns),
             ledger: Ledger::new(),
             startup: Startup::new(phase),
-            path: Path::new(),
+            path: Path::new(factor(setup)),
             comparison: Comparison::new(),
             senses: Senses {
                 encoder: Freshness::new(),
@@ -105,19 +117,21 @@ impl Monitor {
                 command: Freshness::new(),
                 partner: Freshness::new(),
                 agreement: Freshness::new(),
-                producer_clock: Clock::new(),
-                partner_clock: Clock::new(),
+                producer_clock: Clock::new(factor(setup)),
+                partner_clock: Clock::new(factor(setup)),
                 evaluation: Evaluation::new(plan.encoder),
                 lines: inputs::Inputs::new(plan.lines),
                 motion: Motion::default(),
                 sampled_ns: 0,
                 exchange: 0,
                 acknowledges: Acknowledges::default(),
-                published: [None; 4],
+                agreed: Agreed::new(),
                 partner_drives: false,
             },
             plan,
             is_first: true,
+            was_driving: false,
+            has_lapsed: false,
             restart_pending: false,
             flow: 0,
         }
@@ -179,19 +193,22 @@ impl Monitor {
         }
     }
 
+    /// DEC-19; whether torque becomes possible in this cycle.
     fn start_up(&mut self, cells: &senses::Cells, requested: &Word, edge: bool, now: u64) -> bool {
         let before = self.startup.phase();
         let is_requested = self.demand(requested, cells, false).stops != 0;
         let progress = Progress {
             is_sound: cells.is_plausible,
-            is_equal: cells.is_agreed & self.comparison.is_clear(),
+            is_equal: cells.is_agreed & self.comparison.is_equal() & !cells.is_partner_lost,
             path_test: cells.path_test,
-            reads_on: cells.reads_on,
+            readback: cells.readback,
+            partner: cells.partner_phase,
             edge,
             is_stopped: is_requested | self.requests_sto(requested) | self.ledger.has_error(),
         };
         self.startup.step(&progress, self.plan.tolerance_ns, now);
-        before != self.startup.phase()
+        let is_operational = self.startup.phase() == Phase::Operational;
+        is_operational & (before != Phase::Operational)
     }
 
     fn sos_needs_restart(&self) -> bool {

@@ -23,11 +23,12 @@ struct Watched {
 impl Watched {
     /// One cycle; `drives_now` is what its owner says in this cycle, which the readback may
     /// already show or not yet.
-    fn judge(&mut self, reads_on: bool, drives_now: bool) -> bool {
+    fn judge(&mut self, reads_on: bool, drives_now: bool, factor: u32) -> bool {
         let is_steady = self.is_driven == drives_now;
         let is_wrong = is_steady & (reads_on != self.is_driven);
         self.wrong = if is_wrong { self.wrong.saturating_add(1) } else { 0 };
-        self.wrong > if self.is_driven { ON_CYCLES } else { OFF_CYCLES }
+        let patience = if self.is_driven { ON_CYCLES } else { OFF_CYCLES };
+        self.wrong > patience.saturating_mul(factor)
     }
 }
 
@@ -53,13 +54,23 @@ pub struct Path {
     read_edges: Option<u64>,
     since_pulse: u32,
     tested_at: Option<u64>,
+    /// Of the timing: how much longer than strict every wait is.
+    factor: u32,
 }
 
 impl Path {
-    /// Not driven.
-    pub const fn new() -> Self {
+    /// Not driven; `factor` on every wait (architecture, "Timing").
+    pub const fn new(factor: u8) -> Self {
         let idle = Watched { is_driven: false, wrong: 0 };
-        Self { edges: 0, own: idle, partner: idle, read_edges: None, since_pulse: u32::MAX, tested_at: None }
+        Self {
+            edges: 0,
+            own: idle,
+            partner: idle,
+            read_edges: None,
+            since_pulse: u32::MAX,
+            tested_at: None,
+            factor: factor as u32,
+        }
     }
 
     /// Whether B withholds its edge in this exchange: three quarters into each second, half
@@ -75,17 +86,18 @@ impl Path {
         let Some(seen) = readback else {
             self.read_edges = None;
             let is_driven = self.own.is_driven;
-            return PathFaults { blind: self.own.judge(!is_driven, is_driven), ..PathFaults::default() };
+            let blind = self.own.judge(!is_driven, is_driven, self.factor);
+            return PathFaults { blind, ..PathFaults::default() };
         };
         let paused = self.read_edges == Some(seen.edges_b);
         self.read_edges = Some(seen.edges_b);
-        let is_tested = paused & seen.path_b & (self.since_pulse < PAUSE_CYCLES);
+        let is_tested = paused & seen.path_b & (self.since_pulse < PAUSE_CYCLES.saturating_mul(self.factor));
         if is_tested {
             self.tested_at = Some(now);
         }
         PathFaults {
-            own: self.own.judge(seen.path_b, self.own.is_driven),
-            partner: self.partner.judge(seen.path_a, partner_drives),
+            own: self.own.judge(seen.path_b, self.own.is_driven, self.factor),
+            partner: self.partner.judge(seen.path_a, partner_drives, self.factor),
             blind: false,
             dormant: !is_tested & (now.saturating_sub(tested_at) > DORMANT_NS),
         }
@@ -105,7 +117,7 @@ impl Path {
 
 impl Default for Path {
     fn default() -> Self {
-        Self::new()
+        Self::new(1)
     }
 }
 
@@ -119,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_driven_path_must_read_on_after_three_cycles() {
-        let mut path = Path::new();
+        let mut path = Path::new(1);
         let wrong: [bool; 5] = core::array::from_fn(|cycle| {
             let faults = path.judge(Some(&read(false, false)), false, cycle as u64);
             path.drive(true, false, false);
@@ -128,9 +140,21 @@ mod tests {
         assert_eq!(wrong, [false, false, false, false, true]);
     }
 
+    /// Architecture, "Timing": every wait is longer by the factor, none is shorter.
+    #[test]
+    fn the_relaxed_timing_waits_ten_times_as_long() {
+        let mut path = Path::new(10);
+        let first = (0..100).find(|cycle| {
+            let faults = path.judge(Some(&read(false, false)), false, *cycle);
+            path.drive(true, false, false);
+            faults.own
+        });
+        assert_eq!(first, Some(31));
+    }
+
     #[test]
     fn a_stuck_path_of_the_partner_is_seen_after_six_cycles() {
-        let mut path = Path::new();
+        let mut path = Path::new(1);
         let first = (0..20).find(|cycle| {
             let faults = path.judge(Some(&read(true, false)), false, *cycle);
             path.drive(false, false, false);
@@ -142,7 +166,7 @@ mod tests {
     /// AMK-PATH-03: an hour without a test is a warning, a seen pause ends it.
     #[test]
     fn an_hour_without_a_pause_is_dormant_until_one_is_seen() {
-        let mut path = Path::new();
+        let mut path = Path::new(1);
         path.judge(Some(&read(true, true)), true, 0);
         let late = DORMANT_NS + 1;
         path.read_edges = None;

@@ -3,20 +3,22 @@
 use shm_schema::agreement::{Agreement, PathTest};
 use shm_schema::command::{Command, CommandSource};
 use shm_schema::encoder::Encoder;
-use shm_schema::exchange::{Inputs, Published, Received, Sampled};
+use shm_schema::exchange::{Inputs, Received, Sampled};
 use shm_schema::inhibit::Readback;
-use shm_schema::report::Report;
+use shm_schema::report::{Phase, Report};
 use shm_schema::word::Word;
 
-use super::Monitor;
+use super::{Monitor, factor};
+use crate::agreed::Agreed;
 use crate::encoder::{EncoderFault, Evaluated, Evaluation};
 use crate::engine::Motion;
 use crate::engine::spec::NO_BIT;
 use crate::fresh::{Clock, Freshness};
 use crate::inputs;
 
-/// Exchanges an echo may be old.
-const ECHO_AGE: u64 = 2;
+/// Cycles without news after which partner or agreement is lost (DEC-23). An echo is too old
+/// after as many exchanges.
+const LOST_CYCLES: u8 = 3;
 
 /// What is remembered about the cells.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +38,7 @@ pub struct Senses {
     /// Sequence of the newest believed sample: the exchange number.
     pub(super) exchange: u64,
     pub(super) acknowledges: Acknowledges,
-    pub(super) published: [Option<Published>; 4],
+    pub(super) agreed: Agreed,
     /// The partner said it drives, in its newest report.
     pub(super) partner_drives: bool,
 }
@@ -82,8 +84,10 @@ pub struct Cells {
     pub crosscheck_error: bool,
     /// Self-test step.
     pub path_test: PathTest,
-    /// Own path as read back.
-    pub reads_on: Option<bool>,
+    /// Both paths as read back.
+    pub readback: Option<Readback>,
+    /// Phase of the partner's report; `None` when it is lost.
+    pub partner_phase: Option<Phase>,
     /// Overruns in a row.
     pub overruns: u8,
     /// Own clock, ns.
@@ -159,7 +163,8 @@ impl Monitor {
             permits: is_settled,
             crosscheck_error: false,
             path_test: PathTest::None,
-            reads_on: sound(&inputs.readback).map(|cell: &Sampled<Readback>| cell.payload.path_b),
+            readback: sound(&inputs.readback).map(|cell| cell.payload),
+            partner_phase: None,
             overruns: inputs.overruns,
             now,
             is_settled,
@@ -173,7 +178,16 @@ impl Monitor {
     }
 
     fn is_stale(&self, cell: &Freshness, now: u64) -> bool {
-        cell.is_stale(self.setup.stale_cycles.max(1), self.setup.cycle_ns, now)
+        cell.is_stale(self.ages(self.setup.stale_cycles.max(1)), self.setup.cycle_ns, now)
+    }
+
+    /// `cycles` of the strict timing in the timing of this run.
+    pub(super) const fn ages(&self, cycles: u8) -> u8 {
+        cycles.saturating_mul(factor(&self.setup))
+    }
+
+    fn is_lost(&self, cell: &Freshness, now: u64) -> bool {
+        cell.is_stale(self.ages(LOST_CYCLES), self.setup.cycle_ns, now)
     }
 
     /// A sample is as old as its last update; an old time stamp is as bad as none, and one
@@ -182,8 +196,10 @@ impl Monitor {
         let sample = sound(&inputs.encoder);
         let mut believed = sample.map(|cell| cell.sequence);
         if let Some(cell) = sample {
-            let verdict = self.senses.producer_clock.observe(now, cell.timestamp_ns, self.setup.cycle_ns);
-            let most = self.setup.cycle_ns.saturating_mul(u64::from(self.setup.stale_cycles.max(1)));
+            let tolerance_ns = self.setup.cycle_ns.saturating_mul(u64::from(factor(&self.setup)));
+            let verdict = self.senses.producer_clock.observe(now, cell.timestamp_ns, tolerance_ns);
+            let stale_cycles = u64::from(self.ages(self.setup.stale_cycles.max(1)));
+            let most = self.setup.cycle_ns.saturating_mul(stale_cycles);
             let is_bad = verdict.is_ahead | (verdict.age_ns >= most);
             believed = believed.filter(|_| !is_bad);
             cells.is_clock_off |= verdict.is_off;
@@ -288,8 +304,9 @@ impl Monitor {
             // DEC-23 counts exchange cycles: a producer that stands still is not the partner's loss.
             self.senses.partner.hold(self.setup.cycle_ns);
         }
-        let is_lost = self.senses.partner.is_stale(3, self.setup.cycle_ns, now);
+        let is_lost = self.is_lost(&self.senses.partner, now);
         cells.is_partner_lost = is_lost & !cells.is_settled;
+        cells.partner_phase = partner.filter(|_| !is_lost).map(|cell| cell.payload.phase);
         if is_lost {
             self.senses.partner_clock.restart();
         }
@@ -302,41 +319,24 @@ impl Monitor {
     }
 
     fn read_agreement(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
-        self.note_published(inputs.published);
+        self.senses.agreed.note_published(inputs.published);
         let agreement: Option<&Sampled<Agreement>> = sound(&inputs.agreement);
         self.senses.agreement.observe(agreement.map(|cell| cell.sequence), now);
-        let is_lost = self.senses.agreement.is_stale(3, self.setup.cycle_ns, now);
+        let is_lost = self.is_lost(&self.senses.agreement, now);
         cells.is_agreement_lost = is_lost & !cells.is_settled;
         if cells.is_settled {
             return;
         }
-        let Some(cell) = agreement.filter(|_| !is_lost) else { return };
-        cells.crosscheck_error = cell.payload.error;
-        cells.path_test = cell.payload.path_test;
-        cells.is_agreed = self.is_echoed(&cell.payload, cells.exchange);
-        cells.permits = cell.payload.permit & !cell.payload.error & cells.is_agreed;
-    }
-
-    fn note_published(&mut self, published: Option<Published>) {
-        let [newest, ..] = self.senses.published;
-        let is_new = published.is_some_and(|new| newest != Some(new));
-        if is_new {
-            let [first, second, third, _] = self.senses.published;
-            self.senses.published = [published, first, second, third];
+        let agreed = &mut self.senses.agreed;
+        if is_lost {
+            agreed.forget();
+            return;
         }
-    }
-
-    /// The agreement proves that crosscheck read this channel's own report of at most two
-    /// exchanges ago (design 3.3).
-    fn is_echoed(&self, agreement: &Agreement, exchange: u64) -> bool {
-        let echo = &agreement.echo_b;
-        let is_young = exchange.saturating_sub(echo.exchange) <= ECHO_AGE;
-        let is_own = self
-            .senses
-            .published
-            .iter()
-            .flatten()
-            .any(|own| (own.exchange, own.crc32) == (echo.exchange, echo.crc32));
-        is_young & is_own & (echo.boot_nonce == self.setup.boot_nonce)
+        agreed.take(&inputs.agreement, self.setup.boot_nonce);
+        let age_max = u64::from(LOST_CYCLES.saturating_mul(factor(&self.setup)).saturating_sub(1));
+        cells.crosscheck_error = agreed.has_error();
+        cells.path_test = agreed.path_test(cells.exchange, age_max);
+        cells.is_agreed = agreed.is_agreed(cells.exchange, age_max);
+        cells.permits = agreed.permits(cells.exchange, age_max);
     }
 }

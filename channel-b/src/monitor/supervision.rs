@@ -43,19 +43,33 @@ impl Monitor {
         }
     }
 
+    /// What disturbs the exchange. Before start-up is complete nothing is driven and nothing
+    /// was tripped: it is shown, withholds the next step, and ends with its cause (DEC-19).
+    fn disturbed(&mut self, is_wrong: bool, code: ErrorCode) {
+        let is_complete = self.startup.phase() == Phase::Operational;
+        let cause = if is_complete { Cause::Live } else { Cause::Starting };
+        if is_wrong {
+            self.ledger.raise(Entry::sto(self.plan.logic.internal(code), cause));
+        }
+    }
+
     /// Everything that stands in the cells themselves.
     pub(super) fn supervise_cells(&mut self, inputs: &Inputs, cells: &Cells, now: u64) {
         let is_booting = self.startup.phase() == Phase::Boot;
         self.live(!inputs.image_sound, IMAGE_BROKEN);
-        self.live(cells.is_stale & !is_booting, IMPLAUSIBLE);
+        self.disturbed(cells.is_stale & !is_booting, IMPLAUSIBLE);
         if let Some(fault) = cells.encoder_fault {
             self.live(true, encoder_code(fault));
         }
-        self.live(cells.is_clock_off, CLOCK);
-        self.live(cells.overruns >= self.setup.overruns_max.max(1), OVERRUN);
+        self.disturbed(cells.is_clock_off, CLOCK);
+        self.disturbed(cells.overruns >= self.ages(self.setup.overruns_max.max(1)), OVERRUN);
         // Before pairing nobody can be lost.
         let is_paired = !matches!(self.startup.phase(), Phase::Boot | Phase::Refused | Phase::Pairing);
-        self.live((cells.is_partner_lost | cells.is_agreement_lost) & is_paired, PARTNER_LOST);
+        let is_lost = cells.is_partner_lost | cells.is_agreement_lost;
+        self.disturbed(is_lost & is_paired, PARTNER_LOST);
+        // Design 3.7: a driven path that lost its agreement does not come back by itself, even
+        // when the agreement does.
+        self.live(self.has_lapsed, PARTNER_LOST);
         self.supervise_pulses();
         self.supervise_paths(inputs, cells, now);
     }
@@ -100,7 +114,13 @@ impl Monitor {
             self.comparison.keep(&report);
             return report;
         };
-        let found = self.comparison.compare(&report, partner, &self.limits, self.setup.partner_build);
+        let found = self.comparison.compare(
+            &report,
+            partner,
+            &self.limits,
+            self.setup.partner_build,
+            self.startup.is_starting(),
+        );
         self.comparison.keep(&report);
         if found.is_clear() {
             return report;
@@ -120,18 +140,25 @@ impl Monitor {
             Stop::Ss2 | Stop::Sos | Stop::None => 4,
         });
         if let Some(info2) = info2 {
-            self.live(true, ErrorCode::amk(3606, 13, info2, 0));
+            self.disturbed(true, ErrorCode::amk(3606, 13, info2, 0));
         }
-        self.live(found.position, ErrorCode::amk(3606, 13, 5, 0));
-        self.live(found.speed, ErrorCode::amk(3606, 13, 6, 0));
-        self.live(found.other | found.identity, ErrorCode::amk(3606, 13, 8, 0));
+        self.disturbed(found.position, ErrorCode::amk(3606, 13, 5, 0));
+        self.disturbed(found.speed, ErrorCode::amk(3606, 13, 6, 0));
+        self.disturbed(found.other, ErrorCode::amk(3606, 13, 8, 0));
+        self.live(found.identity, ErrorCode::amk(3606, 13, 8, 0));
     }
 
     /// Torque needs the own conditions, the agreement and the own comparison.
     pub(super) fn drive(&mut self, mut report: Report, cells: &Cells) -> Outputs {
         let agrees = cells.permits & self.comparison.is_clear() & !cells.is_partner_lost;
         let is_test_raise = self.startup.raises(cells.path_test);
-        report.driving = (report.ready & agrees) | is_test_raise;
+        let is_driving = report.ready & agrees;
+        report.driving = is_driving | is_test_raise;
+        self.has_lapsed = self.was_driving & report.ready & !cells.is_agreed;
+        self.was_driving = is_driving;
+        if is_driving {
+            self.startup.note_driven();
+        }
         let per_second = 1_000_000_000_u64.checked_div(self.setup.cycle_ns).unwrap_or(0);
         report.test_pulse = Path::is_test_cycle(cells.exchange, per_second) & report.ready & report.driving;
         let inhibit = self.path.drive(report.driving, report.test_pulse, self.senses.partner_drives);

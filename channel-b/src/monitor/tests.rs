@@ -415,24 +415,84 @@ fn a_lost_partner_is_sto_in_the_third_cycle() {
     assert_eq!(stops, [Stop::None, Stop::None, Stop::Sto, Stop::Sto]);
 }
 
-/// Design 3.3: no agreement, no torque; the functions go on.
+/// Design 3.3, DEC-22: without permit no torque. The functions go on, and what was withheld for
+/// the partner's sake comes back when both are ready.
 #[test]
-fn a_withheld_agreement_drops_the_path_and_touches_no_function() {
+fn a_withheld_permit_drops_the_path_touches_no_function_and_may_come_back() {
     let mut rig = amk(&[]);
     rig.step();
     rig.world.permit = false;
-    let outputs = rig.step();
-    assert!(!outputs.inhibit.permit);
-    assert_eq!((outputs.report.ready, outputs.report.stop), (true, Stop::None));
-    // A replayed echo is no agreement either.
+    for _ in 0..50 {
+        let outputs = rig.step();
+        assert!(!outputs.inhibit.permit);
+        assert_eq!((outputs.report.ready, outputs.report.stop), (true, Stop::None));
+    }
     rig.world.permit = true;
+    assert!(rig.step().inhibit.permit);
+}
+
+fn foreign_echo(inputs: &mut Inputs) {
+    if let Ok(cell) = &mut inputs.agreement {
+        cell.payload.echo_b.crc32 ^= 1;
+    }
+}
+
+/// Design 3.3, 3.7, DEC-23: a driven path that loses its agreement is a loss of a partner; it
+/// does not come back with the agreement, but by an edge.
+#[test]
+fn a_driven_path_without_an_accepted_agreement_is_a_trip() {
+    let mut rig = amk(&[]);
     rig.step();
-    let stale = rig.step_with(|inputs| {
-        if let Ok(cell) = &mut inputs.agreement {
-            cell.payload.echo_b.crc32 ^= 1;
-        }
-    });
-    assert!(!stale.inhibit.permit);
+    assert!(rig.step().inhibit.permit);
+    assert!(!rig.step_with(foreign_echo).inhibit.permit);
+    for _ in 0..50 {
+        let outputs = rig.step();
+        assert_eq!((codes(&outputs), outputs.inhibit.permit), (vec![[3606, 13, 1, 0]], false));
+    }
+    rig.world.word = NEUTRAL | 1 << control::ERROR_ACK;
+    assert!(codes(&rig.step()).is_empty());
+    rig.world.word = NEUTRAL;
+    assert!(rig.step().inhibit.permit);
+}
+
+/// Architecture: frozen from cycle k on, the path drops in k + 2; DEC-23: lost in the third.
+#[test]
+fn a_frozen_agreement_drops_the_path_in_the_third_cycle_and_is_a_lost_partner() {
+    let mut rig = amk(&[]);
+    for _ in 0..5 {
+        rig.step();
+    }
+    let frozen = rig.cycle;
+    let seen: Vec<(bool, usize)> = (0..4)
+        .map(|_| {
+            let outputs = rig.step_with(|inputs| {
+                if let Ok(cell) = &mut inputs.agreement {
+                    cell.sequence = frozen;
+                    cell.payload.echo_b.exchange = frozen;
+                    cell.payload.echo_b.crc32 = frozen as u32;
+                }
+            });
+            (outputs.inhibit.permit, codes(&outputs).len())
+        })
+        .collect();
+    assert_eq!(seen, [(true, 0), (true, 0), (false, 0), (false, 1)]);
+}
+
+/// Architecture: a cell that fails is no information, its content as old as its last update.
+#[test]
+fn an_agreement_unreadable_for_a_cycle_costs_nothing() {
+    let mut rig = amk(&[]);
+    for _ in 0..5 {
+        rig.step();
+    }
+    for cycle in 0..20 {
+        let outputs = rig.step_with(|inputs| {
+            if cycle % 4 < 1 {
+                inputs.agreement = Err(CellFault::CheckSum);
+            }
+        });
+        assert!(outputs.inhibit.permit, "{cycle}");
+    }
 }
 
 /// DEC-22: beyond Prm2 at once.

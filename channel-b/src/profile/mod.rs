@@ -222,7 +222,17 @@ impl Plan {
             }
         }
         let tolerance = self.tolerance_ns.checked_div(cycle_ns).unwrap_or(0);
-        Limits { position: self.position_difference, speed: self.speed_difference, tolerance, stop_bits }
+        let has_error_bit = self.bits.error != NO_BIT;
+        let error_bit = if has_error_bit { Word::ZERO.with(self.bits.error, true) } else { Word::ZERO };
+        let named = |at: usize| self.logic.internal(ErrorCode::amk(3606, 13, at as u32 + 1, 0));
+        Limits {
+            position: self.position_difference,
+            speed: self.speed_difference,
+            tolerance,
+            stop_bits,
+            error_bit,
+            own_codes: core::array::from_fn(named),
+        }
     }
 }
 

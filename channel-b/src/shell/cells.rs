@@ -16,7 +16,7 @@ use shm_schema::agreement::Agreement;
 use shm_schema::cell::{Header, Kind, Payload, seal};
 use shm_schema::command::{Command, CommandSource};
 use shm_schema::encoder::Encoder;
-use shm_schema::exchange::{Inputs, Outputs, Published, Received, Setup, Start};
+use shm_schema::exchange::{Bus, Inputs, Outputs, Published, Received, Setup, Start};
 use shm_schema::inhibit::{Inhibit, Readback};
 use shm_schema::io::Io;
 use shm_schema::report::Report;
@@ -77,6 +77,9 @@ pub fn open(options: &Options, deadline: Duration) -> Result<Axes, Trouble> {
         axes: options.axes.clone(),
         images: options.images.clone(),
         plain_command: options.plain_command,
+        age_factor: options.age_factor,
+        buses: options.buses.clone(),
+        partner_build: options.partner_build,
     };
     let (done, result) = mpsc::channel();
     std::thread::Builder::new()
@@ -95,6 +98,9 @@ struct Opening {
     axes: Vec<u8>,
     images: std::path::PathBuf,
     plain_command: bool,
+    age_factor: u8,
+    buses: Vec<(u8, Bus)>,
+    partner_build: u32,
 }
 
 impl Opening {
@@ -142,7 +148,14 @@ impl Opening {
     ) -> Result<Axis, Trouble> {
         let path = self.images.join(format!("axis-{axis:02}.b.img"));
         let image = std::fs::read(&path).map_err(|error| Trouble::new(path.display(), error))?;
-        let setup = Setup { cycle_ns: self.cycle_ns, ..Setup::new(axis, self.nonce, Start::Cold) };
+        let bus = self.buses.iter().find(|(named, _)| *named == axis).map_or(Bus::None, |(_, bus)| *bus);
+        let setup = Setup {
+            cycle_ns: self.cycle_ns,
+            age_factor: self.age_factor,
+            partner_build: self.partner_build,
+            bus,
+            ..Setup::new(axis, self.nonce, Start::Cold)
+        };
         let [encoder, io, command, partner, agreement, readback] = readers else {
             return Err(Trouble::new("readers", "one for each kind"));
         };

@@ -46,6 +46,10 @@ impl Display for Trouble {
 
 /// Runs the process; its exit code.
 pub fn run() -> ExitCode {
+    if std::env::args().nth(1).as_deref() == Some("--identity") {
+        println!("{}", channel_b::BUILD);
+        return ExitCode::SUCCESS;
+    }
     tracing_subscriber::fmt().with_writer(std::io::stderr).with_target(false).init();
     let options = match Options::parse(std::env::args().skip(1)) {
         Ok(options) => options,

@@ -4,6 +4,8 @@ use std::os::fd::{FromRawFd, OwnedFd, RawFd};
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use shm_schema::exchange::{Bus, RELAXED_AGE_FACTOR};
+
 use super::Trouble;
 
 /// Where the inhibit path is driven.
@@ -51,6 +53,12 @@ pub struct Options {
     pub backend: Backend,
     /// Unprotected commands are accepted.
     pub plain_command: bool,
+    /// Factor of the timing, 1 to 10.
+    pub age_factor: u8,
+    /// Black channel of an axis; an axis that is not named has none.
+    pub buses: Vec<(u8, Bus)>,
+    /// Build the release manifest names for channel A; 0: not checked.
+    pub partner_build: u32,
     evaluator: Option<String>,
 }
 
@@ -86,6 +94,9 @@ impl Options {
             ready: None,
             backend: Backend::Sim,
             plain_command: false,
+            age_factor: 1,
+            buses: Vec::new(),
+            partner_build: 0,
             evaluator: None,
         }
     }
@@ -110,6 +121,9 @@ impl Options {
             "--inhibit" => self.backend = backend(name, value)?,
             "--evaluator" => self.evaluator = Some(value.to_owned()),
             "--plain-command" => self.plain_command = value == "yes",
+            "--age-factor" => self.age_factor = number(name, value, 1, RELAXED_AGE_FACTOR)?,
+            "--bus" => self.buses = value.split(',').map(|one| bus(name, one)).collect::<Result<_, _>>()?,
+            "--partner-build" => self.partner_build = number(name, value, 0, u32::MAX)?,
             _ => return Err(Trouble::new(name, "is no option of this process")),
         }
         Ok(())
@@ -135,6 +149,12 @@ impl Options {
         }
         if is_gpio & self.plain_command {
             return Err(Trouble::new("--plain-command yes", "is refused together with a GPIO path"));
+        }
+        if is_gpio & (self.age_factor != 1) {
+            return Err(Trouble::new("--age-factor", "above 1 is refused together with a GPIO path"));
+        }
+        if let Some((axis, _)) = self.buses.iter().find(|(axis, _)| !self.axes.contains(axis)) {
+            return Err(Trouble::new("--bus", format!("axis {axis} is not in --axes")));
         }
         if is_gpio & (self.axes.len() != 1) {
             return Err(Trouble::new("--inhibit gpio", "drives the path of exactly one axis"));
@@ -174,6 +194,23 @@ fn backend(name: &str, value: &str) -> Result<Backend, Trouble> {
     Ok(Backend::Gpio { chip, line })
 }
 
+/// `AXIS=fsoe:ADDRESS:SESSION` or `AXIS=profisafe:ADDRESS`.
+fn bus(name: &str, value: &str) -> Result<(u8, Bus), Trouble> {
+    let parts: Vec<&str> = value.split(['=', ':']).collect();
+    let (axis, bus) = match parts[..] {
+        [axis, "fsoe", address, session] => {
+            let address = number(name, address, 1, u16::MAX)?;
+            (axis, Bus::Fsoe { address, session_id: number(name, session, 0, u16::MAX)? })
+        }
+        [axis, "profisafe", address] => (axis, Bus::Profisafe { address: number(name, address, 1, 65_534)? }),
+        _ => {
+            let wanted = "AXIS=fsoe:ADDRESS:SESSION or AXIS=profisafe:ADDRESS";
+            return Err(Trouble::new(name, format!("expected {wanted}, found {value:?}")));
+        }
+    };
+    Ok((number(name, axis, 1, 64)?, bus))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,10 +235,27 @@ mod tests {
 
     #[test]
     fn a_value_out_of_range_and_an_unknown_option_are_refused() {
-        for wrong in [["--cycle-us", "124"], ["--cycle-us", "4001"], ["--priority", "0"], ["--what", "1"]] {
+        for wrong in [
+            ["--cycle-us", "124"],
+            ["--cycle-us", "4001"],
+            ["--priority", "0"],
+            ["--what", "1"],
+            ["--age-factor", "11"],
+        ] {
             assert!(parse(&wrong).is_err(), "{wrong:?}");
         }
         assert!(parse(&["--cpu"]).is_err());
+    }
+
+    /// Architecture, "Processes".
+    #[test]
+    fn a_bus_is_named_for_an_axis_in_use() {
+        let options = parse(&["--bus", "1=fsoe:513:47872,2=profisafe:7"]).expect("complete");
+        let fsoe = Bus::Fsoe { address: 513, session_id: 47_872 };
+        assert_eq!(options.buses, [(1, fsoe), (2, Bus::Profisafe { address: 7 })]);
+        for wrong in ["3=profisafe:7", "1=profisafe:65535", "1=fsoe:0:1", "1=fsoe:1", "1:fsoe", ""] {
+            assert!(parse(&["--bus", wrong]).is_err(), "{wrong:?}");
+        }
     }
 
     /// Design 3.4: a GPIO path needs a stated evaluator and no unprotected command.
@@ -214,5 +268,8 @@ mod tests {
         assert_eq!(parse(&stated).expect("complete").backend, Backend::Gpio { chip, line: 4 });
         assert!(parse(&[&stated[..], &["--plain-command", "yes"]].concat()).is_err());
         assert!(parse(&[&stated[..], &["--axes", "1,2"]].concat()).is_err());
+        // Architecture, "Timing": the relaxed timing is for simulation.
+        assert!(parse(&[&stated[..], &["--age-factor", "10"]].concat()).is_err());
+        assert_eq!(parse(&["--age-factor", "10"]).expect("complete").age_factor, 10);
     }
 }
