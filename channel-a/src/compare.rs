@@ -3,6 +3,8 @@
 
 /// 32-bit parts compared: status, requests, then inputs and acknowledgements.
 pub const PARTS: usize = 18;
+/// The first of them: the status word.
+pub const STATUS_PARTS: usize = 8;
 
 /// Since when each bit differs.
 #[derive(Debug, Clone, Copy)]

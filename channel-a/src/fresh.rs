@@ -1,6 +1,6 @@
 //! How old is what the cells say: time stamp against the own clock (DEC-18, DEC-26).
 
-use shm_schema::exchange::{Received, Sampled};
+use shm_schema::exchange::{RELAXED_AGE_FACTOR, Received, Sampled};
 
 /// The last valid content of a cell and its age.
 #[derive(Debug, Clone, Copy)]
@@ -43,26 +43,54 @@ impl<T: Copy> Fresh<T> {
     }
 }
 
+/// How much later than in the strict timing everything may come: `Setup::age_factor`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Patience(u8);
+
+impl Patience {
+    /// 1 is the strict timing; more than the relaxed one is none of ours.
+    pub fn new(age_factor: u8) -> Self {
+        Self(age_factor.clamp(1, RELAXED_AGE_FACTOR))
+    }
+
+    /// As many cycles as `strict` stands for.
+    pub fn cycles(self, strict: u8) -> u16 {
+        u16::from(strict).saturating_mul(u16::from(self.0))
+    }
+
+    /// The time that `strict_ns` stands for.
+    pub fn time_ns(self, strict_ns: u64) -> u64 {
+        strict_ns.saturating_mul(u64::from(self.0))
+    }
+}
+
 /// Counts the cycles in which something did not advance.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub struct Missed {
     last: u64,
-    cycles: u8,
+    cycles: u16,
+    most: u16,
 }
 
 impl Missed {
-    /// Cycles after which a partner is lost (DEC-23).
+    /// Cycles after which a partner is lost (DEC-23), in the strict timing.
     pub const LOST: u8 = 3;
+
+    /// Nothing missed yet.
+    pub fn new(patience: Patience) -> Self {
+        Self { last: 0, cycles: 0, most: patience.cycles(Self::LOST) }
+    }
 
     /// One cycle with what was read.
     pub fn step(&mut self, sequence: Option<u64>) -> bool {
-        match sequence {
-            Some(sequence) if sequence != self.last => {
-                self.last = sequence;
-                self.cycles = 0;
-            }
-            _ => self.cycles = self.cycles.saturating_add(1),
-        }
-        self.cycles >= Self::LOST
+        let news = sequence.filter(|sequence| *sequence != self.last);
+        self.last = news.unwrap_or(self.last);
+        self.count(news.is_some())
+    }
+
+    /// One cycle in which what was waited for came, or did not.
+    pub fn count(&mut self, came: bool) -> bool {
+        self.cycles = if came { 0 } else { self.cycles.saturating_add(1) };
+        self.cycles >= self.most
     }
 }

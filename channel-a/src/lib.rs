@@ -30,6 +30,7 @@ mod monitor;
 mod partner;
 mod path;
 mod profile;
+mod startup;
 #[cfg(test)]
 mod tests;
 

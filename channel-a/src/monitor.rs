@@ -16,11 +16,12 @@ use crate::encoder::{Evaluation, Reading};
 use crate::engine::Sample;
 use crate::engine::stop::{Active, Reaction, STOPS};
 use crate::errors::{Class, Errors};
-use crate::fresh::{Fresh, Missed};
+use crate::fresh::{Fresh, Missed, Patience};
 use crate::image::{Image, Refusal};
 use crate::partner::{Findings, Own, Partner};
 use crate::path::{Follow, Path, PathFault};
 use crate::profile::{self, Fault, Outside, Program, Requests, Scene, State};
+use crate::startup::{Conditions, Startup};
 
 /// Identity of this program for the release manifest (DEC-22).
 pub const BUILD: u32 = digest(digest(DIGEST_START, "channel-a "), env!("CARGO_PKG_VERSION"));
@@ -39,6 +40,7 @@ impl Flow {
 #[derive(Debug, Clone)]
 pub struct Monitor {
     setup: Setup,
+    patience: Patience,
     program: Program,
     phase: Phase,
     errors: Errors,
@@ -59,7 +61,7 @@ pub struct Monitor {
     now_ns: u64,
     driving: bool,
     stepped: bool,
-    paired_since_ns: Option<u64>,
+    startup: Startup,
 }
 
 impl Monitor {
@@ -84,28 +86,30 @@ impl Monitor {
             Start::Cold => Phase::Boot,
             Start::Settled => Phase::Operational,
         };
+        let patience = Patience::new(setup.age_factor);
         Self {
             setup: *setup,
+            patience,
             phase,
             errors,
             encoder: Evaluation::new(program.encoder),
             encoder_cell: Fresh::new(),
             io_cell: Fresh::new(),
             command_cell: Fresh::new(),
-            partner: Partner::new(program.tolerance, program.signature, setup.partner_build),
-            path: Path::new(setup.cycle_ns),
-            own_follow: Follow::default(),
-            partner_follow: Follow::default(),
-            readback_missed: Missed::default(),
-            producer_stamps: Measured::default(),
-            producer_count: Measured::default(),
+            partner: Partner::new(program.tolerance, program.signature, setup),
+            path: Path::new(setup.cycle_ns, patience),
+            own_follow: Follow::new(patience),
+            partner_follow: Follow::new(patience),
+            readback_missed: Missed::new(patience),
+            producer_stamps: Measured::new(patience),
+            producer_count: Measured::new(patience),
             producer_stamp_ns: 0,
             sample: Sample::default(),
             judged: Sample::default(),
             now_ns: 0,
             driving: false,
             stepped: false,
-            paired_since_ns: None,
+            startup: Startup::default(),
             program,
         }
     }
@@ -118,7 +122,8 @@ impl Monitor {
     }
 
     fn stale_ns(&self) -> u64 {
-        self.setup.cycle_ns.saturating_mul(u64::from(self.setup.stale_cycles.max(1)))
+        let cycles = self.patience.cycles(self.setup.stale_cycles.max(1));
+        self.setup.cycle_ns.saturating_mul(u64::from(cycles))
     }
 
     fn settles_now(&self) -> bool {
@@ -145,7 +150,7 @@ impl Monitor {
         let mut requests = self.request(inputs, now_ns);
         flow.pass(4);
         self.acknowledge(&requests);
-        requests.demand.restart |= self.start_up(&requests, found.permits(), moving, now_ns);
+        requests.demand.restart |= self.start_up(&requests, &found, moving, now_ns);
         flow.pass(5);
         self.functions(&mut requests, moving);
         flow.pass(6);
@@ -260,7 +265,9 @@ impl Monitor {
         if !inputs.image_sound {
             self.raise(Fault::Image);
         }
-        if inputs.overruns >= self.setup.overruns_max.max(1) {
+        let most = self.patience.cycles(self.setup.overruns_max.max(1));
+        let late = u16::from(inputs.overruns) >= most.min(u16::from(u8::MAX));
+        if late & self.startup.judges_overruns() {
             self.raise(Fault::Overrun);
         }
         let readback = inputs.readback.as_ref().ok();
@@ -293,8 +300,8 @@ impl Monitor {
         if self.settles_now() {
             return Findings::default();
         }
-        let mut found = self.partner.compare(&inputs.partner, now_ns);
-        found.lost |= self.partner.agree(&inputs.agreement);
+        let mut found = self.partner.compare(&inputs.partner, self.phase, now_ns);
+        found.lost |= self.partner.agree(&inputs.agreement, self.exchange());
         if found.lost {
             self.partner.driving = false;
         }
@@ -356,27 +363,18 @@ impl Monitor {
     }
 
     /// DEC-19; `true` in the step that becomes operational: its edge restarts too.
-    fn start_up(&mut self, requests: &Requests, agrees: bool, moving: bool, now_ns: u64) -> bool {
+    fn start_up(&mut self, requests: &Requests, found: &Findings, moving: bool, now_ns: u64) -> bool {
         let before = self.phase;
-        let exchange = self.exchange();
-        let echoed = self.partner.echoed(exchange, self.setup.boot_nonce);
-        let whole = agrees & echoed & moving & !self.partner.error();
-        if !whole {
-            self.paired_since_ns = None;
-        }
-        let since = *self.paired_since_ns.get_or_insert(now_ns);
-        let lasted = whole & (now_ns.saturating_sub(since) >= self.program.tolerance.time_ns);
         let asked = requests.acknowledge | requests.demand.restart;
         let stop_asked = requests.demand.sto | (requests.demand.stops != 0);
-        let released = asked & !stop_asked & !self.errors.blocks();
-        self.phase = match self.phase {
-            Phase::Boot if moving => Phase::Pairing,
-            Phase::Pairing if lasted => Phase::SelfTest,
-            Phase::SelfTest | Phase::AwaitAcknowledge if !whole => Phase::Pairing,
-            Phase::SelfTest if self.partner.path_test() == PathTest::Passed => Phase::AwaitAcknowledge,
-            Phase::AwaitAcknowledge if released => Phase::Operational,
-            phase => phase,
+        let conditions = Conditions {
+            sound: moving,
+            agrees: found.permits(),
+            equal: !found.differs,
+            path_test: self.partner.path_test(),
+            released: asked & !stop_asked & !self.errors.blocks(),
         };
+        self.phase = self.startup.next(before, &conditions, now_ns, self.program.tolerance.time_ns);
         self.phase == Phase::Operational && before != Phase::Operational
     }
 
@@ -489,17 +487,20 @@ impl Monitor {
         let sto = self.program.stops.is_sto() | !operational;
         let ready = operational & !sto & !self.errors.removes_torque();
         let exchange = self.exchange();
-        let accepted = self.partner.echoed(exchange, self.setup.boot_nonce) & found.permits();
+        let accepted = self.partner.echoed() & found.permits();
         let permitted = (accepted & self.partner.permitted()) | self.settles_now();
         let raised = (self.phase == Phase::SelfTest) & (self.partner.path_test() == PathTest::RaiseA);
-        let tested = raised & accepted & !self.errors.removes_torque();
+        let faultless = !(self.errors.removes_torque() | self.partner.error());
+        let tested = raised & accepted & faultless;
         let driving = (ready & permitted) | tested;
+        self.startup.note(self.phase, driving);
         let test_pulse = self.path.refresh(driving, exchange);
         self.driving = driving;
         flow.pass(7);
         let report = self.report(inputs, requests, exchange, (sto, ready, driving, test_pulse), flow);
         self.partner.keep(Own {
             exchange,
+            phase: self.phase,
             status: report.status,
             requested: report.requested,
             inputs: report.inputs,

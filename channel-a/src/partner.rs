@@ -2,18 +2,20 @@
 //! (DEC-21 to DEC-23).
 
 use shm_schema::agreement::{Agreement, Echo, PathTest};
-use shm_schema::exchange::{Published, Received};
-use shm_schema::report::Report;
+use shm_schema::exchange::{Published, Received, Setup};
+use shm_schema::report::{Phase, Report};
 use shm_schema::word::Word;
 
 use crate::clock::Measured;
-use crate::compare::{Differences, PARTS};
-use crate::fresh::Missed;
+use crate::compare::{Differences, PARTS, STATUS_PARTS};
+use crate::fresh::{Missed, Patience};
 
-/// Own reports kept for the comparison and the echo.
-const KEPT: usize = 4;
+/// Own reports kept for the comparison; a power of two.
+const KEPT: usize = 8;
+/// Own reports kept for the echo; a power of two above the oldest that the relaxed timing accepts.
+const KEPT_PUBLISHED: usize = 32;
 /// Oldest own report an agreement may echo, in exchanges.
-const ECHO_AGE: u64 = 2;
+const ECHO_AGE: u8 = 2;
 
 /// What the partner may differ by.
 #[derive(Debug, Clone, Copy, Default)]
@@ -31,6 +33,8 @@ pub struct Tolerance {
 pub struct Own {
     /// Exchange number.
     pub exchange: u64,
+    /// Start-up.
+    pub phase: Phase,
     /// Status word.
     pub status: Word,
     /// Requested functions.
@@ -64,6 +68,8 @@ pub struct Findings {
     pub inputs: u32,
     /// Something else of DEC-21 differs for too long.
     pub other: bool,
+    /// Some item of DEC-21 differs, however shortly: no equality yet (DEC-19).
+    pub differs: bool,
 }
 
 impl Findings {
@@ -75,17 +81,33 @@ impl Findings {
     }
 }
 
+/// What of the newest agreement counts here.
+#[derive(Debug, Clone, Copy, Default)]
+struct Heard {
+    permit: bool,
+    error: bool,
+    path_test: PathTest,
+    echo: Option<Echo>,
+}
+
 /// What the channel knows of the other two.
 #[derive(Debug, Clone)]
 pub struct Partner {
     tolerance: Tolerance,
     signature: u32,
     build: u32,
+    boot_nonce: u32,
+    echo_age: u64,
+    longest_step_ns: u64,
     own: [Own; KEPT],
-    published: [Published; KEPT],
+    newest_own: usize,
+    published: [Option<Published>; KEPT_PUBLISHED],
+    newest_published: usize,
     missed: Missed,
     missed_agreement: Missed,
+    missed_echo: Missed,
     differences: Differences,
+    now_ns: u64,
     clock: Measured,
     flow: Option<u32>,
     found: Findings,
@@ -93,77 +115,107 @@ pub struct Partner {
     pub exchange: u64,
     /// The partner's path was refreshed as of its last report.
     pub driving: bool,
-    agreement: Option<Agreement>,
+    agreement: Heard,
+    echoed: bool,
     sequence: u64,
 }
 
 impl Partner {
-    /// A partner not heard of yet; `build` 0 is not checked.
-    pub fn new(tolerance: Tolerance, signature: u32, build: u32) -> Self {
+    /// A partner not heard of yet.
+    pub fn new(tolerance: Tolerance, signature: u32, setup: &Setup) -> Self {
+        let patience = Patience::new(setup.age_factor);
         Self {
             tolerance,
             signature,
-            build,
+            build: setup.partner_build,
+            boot_nonce: setup.boot_nonce,
+            echo_age: u64::from(patience.cycles(ECHO_AGE)),
+            longest_step_ns: setup.cycle_ns.saturating_mul(3) / 2,
             own: [Own { exchange: u64::MAX, ..Own::default() }; KEPT],
-            published: [Published { exchange: 0, crc32: 0 }; KEPT],
-            missed: Missed::default(),
-            missed_agreement: Missed::default(),
+            newest_own: 0,
+            published: [None; KEPT_PUBLISHED],
+            newest_published: 0,
+            missed: Missed::new(patience),
+            missed_agreement: Missed::new(patience),
+            missed_echo: Missed::new(patience),
             differences: Differences::new(),
-            clock: Measured::default(),
+            now_ns: 0,
+            clock: Measured::new(patience),
             flow: None,
             found: Findings::default(),
             exchange: 0,
             driving: false,
-            agreement: None,
+            agreement: Heard::default(),
+            echoed: false,
             sequence: 0,
         }
     }
 
     /// Keeps an own report for the comparison.
     pub fn keep(&mut self, own: Own) {
-        self.own.rotate_right(1);
-        self.own[0] = own;
+        self.newest_own = self.newest_own.wrapping_add(1) % KEPT;
+        if let Some(place) = self.own.get_mut(self.newest_own) {
+            *place = own;
+        }
+    }
+
+    /// The newest own report of `exchange`.
+    fn own_of(&self, exchange: u64) -> Option<Own> {
+        let (newer, older) = self.own.split_at_checked(self.newest_own.wrapping_add(1) % KEPT)?;
+        let mut backwards = newer.iter().rev().chain(older.iter().rev());
+        backwards.find(|own| own.exchange == exchange).copied()
     }
 
     /// Keeps what the shell published.
     pub fn published(&mut self, published: Option<Published>) {
-        if let Some(published) = published.filter(|new| *new != self.published[0]) {
-            self.published.rotate_right(1);
-            self.published[0] = published;
+        let known = self.published.get(self.newest_published) == Some(&published);
+        if published.is_none() | known {
+            return;
+        }
+        self.newest_published = self.newest_published.wrapping_add(1) % KEPT_PUBLISHED;
+        if let Some(place) = self.published.get_mut(self.newest_published) {
+            *place = published;
         }
     }
 
     /// One cycle of the partner's report.
-    pub fn compare(&mut self, received: &Received<Report>, now_ns: u64) -> Findings {
+    pub fn compare(&mut self, received: &Received<Report>, phase: Phase, now_ns: u64) -> Findings {
         let sample = received.as_ref().ok();
         let lost = self.missed.step(sample.map(|sample| sample.sequence));
         self.found.lost = lost;
-        if lost {
+        // A host that slept has kept both channels: what is read first is late, not a step.
+        let slept = now_ns.saturating_sub(self.now_ns) > self.longest_step_ns;
+        self.now_ns = now_ns;
+        if lost | slept {
             self.clock.restart();
+        }
+        if lost {
             self.differences.clear();
         }
         let fresh = sample.filter(|sample| sample.sequence != self.sequence);
         if let Some(sample) = fresh {
             self.sequence = sample.sequence;
             self.driving = sample.payload.driving;
-            self.judge(&sample.payload, now_ns);
+            self.judge(&sample.payload, phase, now_ns);
         }
         self.found
     }
 
-    fn judge(&mut self, report: &Report, now_ns: u64) {
+    fn judge(&mut self, report: &Report, phase: Phase, now_ns: u64) {
         let lost = self.found.lost;
         self.found = Findings { lost, ..Findings::default() };
         self.found.clock = !self.clock.step(now_ns, report.time_ns);
         let other_build = (self.build != 0) & (report.build != self.build);
         let flow = *self.flow.get_or_insert(report.flow);
         let other_flow = flow != report.flow;
+        if phase <= Phase::Pairing {
+            // Learnt until it has stood for the whole time of pairing.
+            self.flow = Some(report.flow);
+        }
         let other_set = report.parameter_signature != self.signature;
         self.found.identity = other_build | other_flow | other_set;
         self.exchange = report.exchange;
-        let Some(own) = self.own.iter().find(|own| own.exchange == report.exchange).copied() else {
-            return;
-        };
+        let Some(own) = self.own_of(report.exchange) else { return };
         let apart = own.position.saturating_sub(report.position).saturating_abs();
         self.found.position = apart > self.tolerance.position;
         let faster = own.speed.saturating_sub(i64::from(report.speed_mrpm)).saturating_abs();
@@ -178,14 +230,8 @@ impl Partner {
             self.differences.clear();
             return;
         }
-        let mut masks = [0; PARTS];
-        let words = own.status.0.iter().zip(&report.status.0);
-        let requests = own.requested.0.iter().zip(&report.requested.0);
-        let single = [(&own.inputs, &report.inputs), (&own.acknowledgements, &report.acknowledgements)];
-        let pairs = words.chain(requests).chain(single);
-        for (mask, (own, other)) in masks.iter_mut().zip(pairs) {
-            *mask = own ^ other;
-        }
+        let masks = masks(own, report);
+        self.found.differs = masks != [0; PARTS];
         let expired = self.differences.step(&masks, now_ns, self.tolerance.time_ns);
         self.found.status = expired[0];
         self.found.inputs = expired[16];
@@ -193,44 +239,74 @@ impl Partner {
         self.found.other = rest.fold(0, |all, (_, bits)| all | bits) != 0;
     }
 
-    /// One cycle of the agreement; `true` while it is lost.
-    pub fn agree(&mut self, received: &Received<Agreement>) -> bool {
+    /// One cycle of the agreement; `true` while it is lost: it does not advance, or does not
+    /// show for as long that the own reports are read (DEC-23).
+    pub fn agree(&mut self, received: &Received<Agreement>, exchange: u64) -> bool {
         let sample = received.as_ref().ok();
-        let lost = self.missed_agreement.step(sample.map(|sample| sample.sequence));
-        if let Some(sample) = sample {
-            self.agreement = Some(sample.payload);
+        let silent = self.missed_agreement.step(sample.map(|sample| sample.sequence));
+        if let Some(Agreement { permit, error, path_test, echo_a, .. }) = sample.map(|sample| &sample.payload)
+        {
+            self.agreement =
+                Heard { permit: *permit, error: *error, path_test: *path_test, echo: Some(*echo_a) };
         }
-        lost
+        self.echoed = self.agreement.echo.is_some_and(|echo| self.is_echo(&echo, exchange));
+        let unheard = self.missed_echo.count(self.echoed);
+        silent | unheard
     }
 
-    /// The agreement echoes an own report of at most two exchanges ago; an exchange whose sample
-    /// this channel never saw is missed and does not count.
-    pub fn echoed(&self, exchange: u64, boot_nonce: u32) -> bool {
-        let Some(Agreement { echo_a: Echo { exchange: number, boot_nonce: nonce, crc32 }, .. }) =
-            self.agreement
-        else {
-            return false;
+    /// An own report of at most two exchanges ago; an exchange whose sample this channel never
+    /// saw is missed and does not count.
+    fn is_echo(&self, echo: &Echo, exchange: u64) -> bool {
+        let aged = |age: usize| {
+            let place = self.newest_published.wrapping_sub(age) % KEPT_PUBLISHED;
+            self.published.get(place)
         };
-        let age = exchange.wrapping_sub(number);
-        let known = self.published.iter().any(|own| (own.exchange, own.crc32) == (number, crc32));
-        let newest = self.published.iter().take(ECHO_AGE as usize);
-        let recent = newest.into_iter().any(|own| own.exchange == number);
-        let young = (age <= ECHO_AGE) | recent;
-        young & known & (nonce == boot_nonce)
+        let said = |own: &Option<Published>| {
+            own.is_some_and(|own| (own.exchange, own.crc32) == (echo.exchange, echo.crc32))
+        };
+        let Some(age) = (0..KEPT_PUBLISHED).find(|age| aged(*age).is_some_and(said)) else { return false };
+        let recent = (age as u64) < self.echo_age;
+        let young = exchange.wrapping_sub(echo.exchange) <= self.echo_age;
+        (young | recent) & (echo.boot_nonce == self.boot_nonce)
+    }
+
+    /// The agreement read last echoes the own reports.
+    pub const fn echoed(&self) -> bool {
+        self.echoed
     }
 
     /// Crosscheck permits torque.
-    pub fn permitted(&self) -> bool {
-        self.agreement.as_ref().is_some_and(|agreement| agreement.permit & !agreement.error)
+    pub const fn permitted(&self) -> bool {
+        self.agreement.permit & !self.agreement.error
     }
 
     /// An error of crosscheck's own stands.
-    pub fn error(&self) -> bool {
-        self.agreement.as_ref().is_some_and(|agreement| agreement.error)
+    pub const fn error(&self) -> bool {
+        self.agreement.error
     }
 
     /// The path crosscheck wants raised.
-    pub fn path_test(&self) -> PathTest {
-        self.agreement.as_ref().map_or(PathTest::None, |agreement| agreement.path_test)
+    pub const fn path_test(&self) -> PathTest {
+        self.agreement.path_test
     }
+}
+
+/// What differs between the two reports of one exchange, part by part.
+fn masks(own: &Own, report: &Report) -> [u32; PARTS] {
+    let mut masks = [0; PARTS];
+    let words = own.status.0.iter().zip(&report.status.0);
+    let requests = own.requested.0.iter().zip(&report.requested.0);
+    let single = [(&own.inputs, &report.inputs), (&own.acknowledgements, &report.acknowledgements)];
+    let pairs = words.chain(requests).chain(single);
+    for (mask, (own, other)) in masks.iter_mut().zip(pairs) {
+        *mask = own ^ other;
+    }
+    // While this channel starts, the status of one that is a phase ahead or behind says nothing:
+    // VALID and STO follow the phase. Waiting for equality here would be waiting for ever.
+    let begins = own.phase != Phase::Operational;
+    let apart = own.phase != report.phase;
+    if begins & apart {
+        masks.iter_mut().take(STATUS_PARTS).for_each(|mask| *mask = 0);
+    }
+    masks
 }

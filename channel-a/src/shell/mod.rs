@@ -1,5 +1,6 @@
 //! The shell: options, shared memory, real time, inhibit path, ending, cycle.
 
+mod bus;
 mod cells;
 mod checks;
 mod cycle;
@@ -26,6 +27,10 @@ const EXIT_OPEN: u8 = 3;
 
 /// Everything the process does.
 pub fn main() -> ExitCode {
+    if std::env::args().skip(1).eq(["--identity"]) {
+        println!("{}", channel_a::BUILD);
+        return ExitCode::SUCCESS;
+    }
     log();
     let options = match Options::parse(std::env::args().skip(1)) {
         Ok(options) => options,
@@ -58,6 +63,9 @@ fn run(options: &Options, ending: &ending::Ending) -> Result<(), String> {
     let monitors = options.axes.iter().zip(&images).map(|(axis, image)| {
         let mut setup = Setup::new(*axis, options.nonce, Start::Cold);
         setup.cycle_ns = options.cycle_ns();
+        setup.age_factor = options.age_factor;
+        setup.partner_build = options.partner_build;
+        setup.bus = options.bus_of(*axis);
         Monitor::new(image, &setup)
     });
     let monitors: Vec<Monitor> = monitors.collect();

@@ -2,6 +2,10 @@
 
 use std::path::PathBuf;
 
+use shm_schema::exchange::{Bus, RELAXED_AGE_FACTOR};
+
+use super::bus::buses;
+
 /// Where the path is driven.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum InhibitOption {
@@ -45,6 +49,12 @@ pub struct Options {
     pub inhibit: InhibitOption,
     /// An unprotected command is accepted.
     pub plain_command: bool,
+    /// Factor on everything that asks how late.
+    pub age_factor: u8,
+    /// The black channels, by axis.
+    pub buses: Vec<(u8, Bus)>,
+    /// Build identity of the partner; 0: not checked.
+    pub partner_build: u32,
 }
 
 impl Options {
@@ -72,6 +82,9 @@ impl Options {
             ready_fd: None,
             inhibit: InhibitOption::Sim,
             plain_command: false,
+            age_factor: 1,
+            buses: Vec::new(),
+            partner_build: 0,
         };
         let mut evaluator = false;
         while let Some(name) = arguments.next() {
@@ -81,6 +94,11 @@ impl Options {
         }
         options.judge(evaluator)?;
         Ok(options)
+    }
+
+    /// The black channel of `axis`.
+    pub fn bus_of(&self, axis: u8) -> Bus {
+        self.buses.iter().find(|(of, _)| *of == axis).map_or(Bus::None, |(_, bus)| *bus)
     }
 
     fn take(&mut self, name: &str, value: &str) -> Result<(), String> {
@@ -104,6 +122,9 @@ impl Options {
             "--inhibit" => self.inhibit = inhibit(value)?,
             "--evaluator" => {}
             "--plain-command" => self.plain_command = yes(name, value)?,
+            "--age-factor" => self.age_factor = number(name, value, 1, RELAXED_AGE_FACTOR)?,
+            "--bus" => self.buses = buses(name, value)?,
+            "--partner-build" => self.partner_build = number(name, value, 0, u32::MAX)?,
             _ => return Err(format!("{name}: not an option of channel A")),
         }
         Ok(())
@@ -125,8 +146,17 @@ impl Options {
                 self.phase_us, self.cycle_us
             ));
         }
+        if let Some((axis, _)) = self.buses.iter().find(|(axis, _)| !self.axes.contains(axis)) {
+            return Err(format!("--bus {axis}=…: axis {axis} is not in --axes"));
+        }
         if self.inhibit == InhibitOption::Sim {
             return Ok(());
+        }
+        if self.age_factor > 1 {
+            return Err(format!(
+                "--age-factor {}: the relaxed timing is refused together with a GPIO path",
+                self.age_factor
+            ));
         }
         if !evaluator {
             return Err(
@@ -143,7 +173,7 @@ impl Options {
     }
 }
 
-fn number<T: std::str::FromStr + PartialOrd + std::fmt::Display + Copy>(
+pub(super) fn number<T: std::str::FromStr + PartialOrd + std::fmt::Display + Copy>(
     name: &str,
     value: &str,
     least: T,
@@ -188,9 +218,14 @@ mod tests {
     fn every_option_of_the_architecture_is_known() {
         let options = parse(
             "--cycle-us 250 --phase-us 100 --axes 1,2,64 --cpu 1 --priority 80 --lock-fd 3 --supervisor-fd 4 \
-             --ready-fd 5 --inhibit sim --plain-command yes",
+             --ready-fd 5 --inhibit sim --plain-command yes --age-factor 10 --partner-build 77 \
+             --bus 2=fsoe:5:4660,64=profisafe:7",
         )
         .unwrap();
+        assert_eq!((options.age_factor, options.partner_build), (10, 77));
+        assert_eq!(options.bus_of(1), Bus::None);
+        assert_eq!(options.bus_of(2), Bus::Fsoe { address: 5, session_id: 4_660 });
+        assert_eq!(options.bus_of(64), Bus::Profisafe { address: 7 });
         assert_eq!((options.cycle_us, options.phase_us, options.axes.len()), (250, 100, 3));
         assert!(options.plain_command);
     }
@@ -200,13 +235,25 @@ mod tests {
         assert!(parse("--inhibit gpio:gpiochip0:4").is_err());
         assert!(parse("--inhibit gpio:gpiochip0:4 --evaluator charge-pump").is_ok());
         assert!(parse("--inhibit gpio:gpiochip0:4 --evaluator x --plain-command yes").is_err());
+        assert!(parse("--inhibit gpio:gpiochip0:4 --evaluator x --age-factor 2").is_err());
+        assert!(parse("--inhibit gpio:gpiochip0:4 --evaluator x --age-factor 1").is_ok());
     }
 
     #[test]
     fn wrong_values_are_named() {
-        for wrong in
-            ["--cycle-us 100", "--axes 0", "--axes 1,65", "--nonce 0", "--what x", "--phase-us 1000", "--cpu"]
-        {
+        for wrong in [
+            "--age-factor 0",
+            "--age-factor 11",
+            "--partner-build -1",
+            "--bus 2=fsoe:1:1",
+            "--cycle-us 100",
+            "--axes 0",
+            "--axes 1,65",
+            "--nonce 0",
+            "--what x",
+            "--phase-us 1000",
+            "--cpu",
+        ] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
     }

@@ -60,6 +60,9 @@ pub struct Bench {
     pub partner_changes: fn(&mut Report),
     pub partner_alive: bool,
     pub agreement_alive: bool,
+    /// Crosscheck goes on, but echoes what it had read last.
+    pub echo_alive: bool,
+    pub overruns: u8,
     pub encoder_alive: bool,
     /// The producer's own cycle in ours.
     pub stretch: f64,
@@ -79,9 +82,12 @@ pub struct Bench {
 
 impl Bench {
     pub fn new(profile: Profile, entries: &[(u32, i64)], start: Start) -> Self {
-        let setup = Setup::new(1, 9, start);
+        Self::with(profile, entries, &Setup::new(1, 9, start))
+    }
+
+    pub fn with(profile: Profile, entries: &[(u32, i64)], setup: &Setup) -> Self {
         Self {
-            monitor: Monitor::new(&image(profile, entries), &setup),
+            monitor: Monitor::new(&image(profile, entries), setup),
             k: 0,
             word: profile.neutral_word(),
             clear: false,
@@ -94,6 +100,8 @@ impl Bench {
             partner_changes: |_| {},
             partner_alive: true,
             agreement_alive: true,
+            echo_alive: true,
+            overruns: 0,
             encoder_alive: true,
             stretch: 1.0,
             command_alive: true,
@@ -162,8 +170,10 @@ impl Bench {
         let agreed = published.filter(|_| self.agreement_alive);
         {
             if let Some(published) = agreed {
-                self.agreement.echo_a =
-                    Echo { exchange: published.exchange, boot_nonce: 9, crc32: published.crc32 };
+                if self.echo_alive {
+                    self.agreement.echo_a =
+                        Echo { exchange: published.exchange, boot_nonce: 9, crc32: published.crc32 };
+                }
                 self.agreement.exchange = published.exchange;
             }
         }
@@ -179,7 +189,7 @@ impl Bench {
             agreement: Ok(cell(self.agreement.exchange + 1, self.agreement)),
             readback: Ok(cell(self.k + 1, self.readback)),
             published,
-            overruns: 0,
+            overruns: self.overruns,
             image_sound: true,
         }
     }

@@ -8,3 +8,5 @@ mod encoder;
 mod etg;
 mod lenze;
 mod robust;
+mod startup;
+mod timing;
