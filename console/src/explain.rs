@@ -20,10 +20,7 @@ pub struct Args {
 pub fn run(args: &Args) -> ExitCode {
     let found = ::params::explain(&args.code);
     if found.is_empty() {
-        return bad_input(&format!(
-            "{}: no such code; expected for example 3606/13/6 (AMK), 102 (Lenze) or SME0A9 (ATV)",
-            args.code
-        ));
+        return unknown(args);
     }
     if args.json {
         // Plain data of text and numbers cannot fail to serialise.
@@ -34,6 +31,18 @@ pub fn run(args: &Args) -> ExitCode {
         print(explanation);
     }
     ExitCode::SUCCESS
+}
+
+fn unknown(args: &Args) -> ExitCode {
+    let near = ::params::diagnosis::nearest(&args.code);
+    if args.json {
+        println!("{}", serde_json::json!({ "code": args.code, "known": false, "nearest": near }));
+    }
+    bad_input(&format!(
+        "{}: no such code; the nearest are {}; expected for example 3606/13/6 (AMK), 102 (Lenze), SME0A9 (ATV) or SLS-E1 (ETG)",
+        args.code,
+        near.join(", ")
+    ))
 }
 
 fn print(explanation: &Explanation) {

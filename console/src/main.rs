@@ -6,6 +6,8 @@
 mod black_channel;
 mod demo;
 mod explain;
+mod log;
+mod machine_file;
 mod params;
 mod picture;
 mod replay;
@@ -28,6 +30,8 @@ enum Command {
     Explain(explain::Args),
     /// A black-channel device behind a UDP socket.
     Gateway(black_channel::gateway::Args),
+    /// Read, verify and export the logbook.
+    Log(log::Args),
     /// Parameter sets: new, check, show, diff, seal, verify, report.
     Params(params::Args),
     /// Drive the cores over a trace, in virtual time.
@@ -42,6 +46,7 @@ fn main() -> ExitCode {
         Command::BlackChannel(args) => black_channel::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Gateway(args) => black_channel::gateway::run(&args),
+        Command::Log(args) => log::run(&args),
         Command::Params(args) => params::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Run(args) => run::run(&args),

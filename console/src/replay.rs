@@ -1,6 +1,6 @@
 //! `safepair replay`: a trace through the cores in virtual time (design 10).
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use clap::Args as ClapArgs;
 use sim::replay::{ReplayOptions, replay_to};
 
-use crate::report::bad_input;
+use crate::{machine_file, report::bad_input};
 
 /// Drive the cores of A, B and crosscheck over a trace, in virtual time.
 #[derive(Debug, ClapArgs)]
@@ -42,9 +42,8 @@ pub fn run(args: &Args) -> ExitCode {
 }
 
 fn replay(args: &Args) -> Result<(), String> {
-    let file = args.params.display().to_string();
-    let machine = params::parse(&read(&args.params)?, &file).map_err(|all| first(&all))?;
-    let trace = sim::trace::parse(&read(&args.trace)?).map_err(|error| {
+    let machine = machine_file::read(&args.params)?;
+    let trace = sim::trace::parse(&machine_file::text(&args.trace)?).map_err(|error| {
         let sim::trace::TraceError { line, message } = error;
         format!("{}:{line}: {message}", args.trace.display())
     })?;
@@ -59,17 +58,6 @@ fn replay(args: &Args) -> Result<(), String> {
         Err(error) => Err(error.to_string()),
         Ok(_) => flushed.map_err(|error| format!("output: {error}")),
     }
-}
-
-/// One clear line: the first reason, and how many more there are.
-fn first(all: &[params::Diagnostic]) -> String {
-    let more = all.len().saturating_sub(1);
-    let line = all.first().map_or_else(|| "parameter file refused".to_owned(), ToString::to_string);
-    if more == 0 { line } else { format!("{line} (and {more} more, see `safepair params check`)") }
-}
-
-fn read(path: &Path) -> Result<String, String> {
-    fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 fn target(path: Option<&Path>) -> Result<Box<dyn Write>, String> {

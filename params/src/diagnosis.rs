@@ -10,6 +10,8 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Serialize};
 use shm_schema::{catalogue, profile::Profile};
 
+use crate::definition;
+
 /// One field of an AMK code, put into words.
 #[derive(Clone, Debug, Serialize)]
 pub struct Info {
@@ -137,6 +139,24 @@ pub fn explain(code: &str) -> Vec<Explanation> {
         found.extend(rows.map(|row| row.explanation(profile)));
     }
     found
+}
+
+/// The codes that were probably meant by one that nobody knows, at most three.
+pub fn nearest(code: &str) -> Vec<String> {
+    let code = code.trim().to_ascii_uppercase();
+    let known = definition::PROFILES.into_iter().flat_map(|profile| all(profile).into_iter());
+    let mut ranked: Vec<(usize, String)> =
+        known.map(|known| (distance(&code, &known.code), known.code)).collect();
+    ranked.sort();
+    ranked.dedup();
+    ranked.into_iter().take(3).map(|(_, code)| code).collect()
+}
+
+/// Edits from one code to the other; of AMK codes only the fields that both have count.
+fn distance(code: &str, known: &str) -> usize {
+    let fields = known.split('/').count();
+    let own: Vec<_> = code.split('/').take(fields).collect();
+    crate::text::distance(&own.join("/"), known)
 }
 
 /// Every code of a profile, explained without its fields.

@@ -104,7 +104,15 @@ fn finding_text(finding: &params::Finding) -> String {
 fn summary(report: &Report) -> String {
     let errors = report.findings.iter().filter(|finding| finding.severity == Severity::Error).count();
     let warnings = report.findings.len() - errors;
-    format!("{}: {} axes, {errors} errors, {warnings} warnings\n", report.file, report.axes)
+    let many =
+        |count: usize, one: &str, more: &str| format!("{count} {}", if count == 1 { one } else { more });
+    format!(
+        "{}: {}, {}, {}\n",
+        report.file,
+        many(report.axes, "axis", "axes"),
+        many(errors, "error", "errors"),
+        many(warnings, "warning", "warnings")
+    )
 }
 
 fn rows(args: &Show, axis: &AxisSet) -> Vec<Row> {

@@ -10,6 +10,8 @@ mod sealing;
 
 use std::{fs, path::Path, process::ExitCode};
 
+use crate::machine_file;
+
 use clap::{Parser, Subcommand};
 use serde::Serialize;
 
@@ -93,11 +95,11 @@ pub fn run(args: &Args) -> ExitCode {
         Command::Report(args) => edit::report(args, json),
         Command::Export(args) => edit::export(args),
         Command::Import(args) => edit::import(args),
-        Command::Password(args) => sealing::password(args),
+        Command::Password(args) => sealing::password(args, json),
         Command::Load(args) => sealing::load(args, json),
         Command::Seal(args) => sealing::seal(args, json),
         Command::Verify(args) => sealing::verify(args, json),
-        Command::Clone(args) => sealing::clone(args),
+        Command::Clone(args) => sealing::clone(args, json),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -111,13 +113,12 @@ pub fn run(args: &Args) -> ExitCode {
 
 /// Reads a text file.
 fn read(path: &Path) -> Result<String, Failure> {
-    fs::read_to_string(path)
-        .map_err(|error| Failure::line(format!("{}: {error}; expected a readable file", path.display())))
+    machine_file::text(path).map_err(Failure::line)
 }
 
 /// Reads a parameter file.
 fn machine(path: &Path) -> Result<params::Machine, Failure> {
-    Ok(params::parse(&read(path)?, &path.display().to_string())?)
+    machine_file::read(path).map_err(Failure::line)
 }
 
 /// Writes to a file, or to standard output without one. An existing file stays.

@@ -1,13 +1,16 @@
 //! Commands around sealed sets: password, load, seal, verify, clone.
 
 use std::{
+    fs::File,
     io::{self, BufRead as _, Write as _},
     path::{Path, PathBuf},
 };
 
-use params::seal::{self, Installation, Prepared, SealError};
+use params::seal::{self, Installation, Prepared, SealError, replacement};
+use serde_json::json;
 
 use super::{Failure, Outcome, print, read, write};
+use crate::run::RunFolder;
 
 /// Where a set and its installation are.
 #[derive(Debug, clap::Args)]
@@ -18,6 +21,35 @@ struct Place {
     /// Folder of the sealed sets.
     #[arg(long, default_value = "sealed")]
     folder: PathBuf,
+    /// Run folder of the machine. While a set runs in it nothing is transferred.
+    #[arg(long)]
+    run_dir: Option<PathBuf>,
+}
+
+impl Place {
+    /// Loading only in STO (AMK-PMT-11, AMK-PMT-12, AMKD-P1-02): a stopped set is in STO, a
+    /// running one is asked to stop first. Whoever holds the result keeps a start waiting.
+    fn in_sto(&self) -> Result<Option<File>, Failure> {
+        let images = RunFolder::new(self.run_dir.clone()).images();
+        let lock = images.with_file_name("lock");
+        let file = match File::open(&lock) {
+            // Nothing ever ran there.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            other => other.map_err(|error| {
+                Failure::line(format!("{}: {error}; expected the lock of the run folder", lock.display()))
+            })?,
+        };
+        match file.try_lock() {
+            Ok(()) => Ok(Some(file)),
+            Err(_) => {
+                eprintln!(
+                    "3610/40/0/15: a set is running in {}; stop it first: a set is transferred in STO only",
+                    lock.with_file_name("").display()
+                );
+                Err(Failure::Short)
+            }
+        }
+    }
 }
 
 /// Options of `password`.
@@ -118,7 +150,7 @@ fn asked(question: &str) -> Result<String, Failure> {
     Ok(line.trim_end_matches(['\r', '\n']).into())
 }
 
-pub fn password(args: &Password) -> Outcome {
+pub fn password(args: &Password, json: bool) -> Outcome {
     let mut installation = match &args.serial {
         Some(serial) if !args.installation.exists() => Installation::new(serial),
         _ => installation(&args.installation)?,
@@ -131,7 +163,8 @@ pub fn password(args: &Password) -> Outcome {
     let new = secret(args.new_password_file.as_ref(), "new password")?;
     installation.set_password(&old, &new).map_err(failure)?;
     installation.write(&args.installation).map_err(failure)?;
-    println!("{}: password set", args.installation.display());
+    let file = args.installation.display().to_string();
+    print(json, &json!({ "file": file, "password": "set" }), || format!("{file}: password set\n"));
     Ok(())
 }
 
@@ -144,18 +177,17 @@ fn prepared(file: &Path, place: &Place) -> Result<(Prepared, Installation), Fail
 
 pub fn load(args: &Load, json: bool) -> Outcome {
     let (prepared, _) = prepared(&args.file, &args.place)?;
+    let _held = args.place.in_sto()?;
     seal::load(&prepared, &args.place.folder).map_err(failure)?;
-    print(json, &prepared, || {
-        format!(
-            "loaded, not validated: dies with the next restart\ncontent signature {}\n",
-            prepared.content_signature()
-        )
+    print(json, &transferred(&prepared, args.place.folder.as_path()), || {
+        format!("{}\ncontent signature {}\n", seal::State::Loaded.text(), prepared.content_signature())
     });
     Ok(())
 }
 
 pub fn seal(args: &Seal, json: bool) -> Outcome {
     let (prepared, installation) = prepared(&args.file, &args.place)?;
+    let _held = args.place.in_sto()?;
     let password = secret(args.password_file.as_ref(), "password")?;
     let typed = match &args.signature {
         Some(typed) => typed.clone(),
@@ -168,29 +200,71 @@ pub fn seal(args: &Seal, json: bool) -> Outcome {
         }
     };
     seal::seal(&prepared, &installation, &password, &typed, &args.place.folder).map_err(failure)?;
-    print(json, &prepared, || {
+    print(json, &transferred(&prepared, &args.place.folder), || {
         format!(
-            "sealed: content signature {}, device signature {}\n",
+            "{}\ncontent signature {}, device signature {}\nstart it with: safepair run --sealed {}\n",
+            seal::State::Sealed.text(),
             prepared.content_signature(),
-            prepared.device_signature()
+            prepared.device_signature(),
+            args.place.folder.display()
         )
     });
     Ok(())
 }
 
+/// A transfer as JSON, with the vendor's message of success (AMKD-XFR-03).
+fn transferred(prepared: &Prepared, folder: &Path) -> serde_json::Value {
+    let state = seal::state(folder);
+    let codes: &[&str] = if state == seal::State::Sealed { &["3609/9/0/61", "3609/9/0/62"] } else { &[] };
+    json!({
+        "state": state,
+        "text": state.text(),
+        "codes": codes,
+        "content_signature": prepared.content_signature(),
+        "device_signature": prepared.device_signature(),
+        "axes": prepared.signatures.iter().map(|(axis, signatures)| json!({
+            "axis": axis, "signatures": signatures,
+            "serial": prepared.machine.axes.iter().find(|set| set.number == *axis).map(|set| &set.serial),
+        })).collect::<Vec<_>>(),
+    })
+}
+
 pub fn verify(args: &Verify, json: bool) -> Outcome {
     let installation = installation(&args.place.installation)?;
     let items = seal::verify(&args.place.folder, &installation).map_err(failure)?;
+    let state = seal::state(&args.place.folder);
     let line = |item: &seal::Item| {
-        format!("{} {}: {}\n", if item.right { "right" } else { "WRONG" }, item.what, item.found)
+        let code = if item.code.is_empty() { String::new() } else { format!(" ({})", item.code) };
+        format!("{} {}: {}{code}\n", if item.right { "right" } else { "WRONG" }, item.what, item.found)
     };
-    print(json, &items, || items.iter().map(line).collect());
+    let value = json!({ "state": state, "text": state.text(), "items": items });
+    print(json, &value, || items.iter().map(line).chain([format!("{}\n", state.text())]).collect());
     if items.iter().all(|item| item.right) { Ok(()) } else { Err(Failure::Short) }
 }
 
-pub fn clone(args: &Clone) -> Outcome {
+/// The file of the sealed set, and what the documents ask for with another device.
+pub fn clone(args: &Clone, json: bool) -> Outcome {
     let text = seal::source(&args.folder).map_err(|error| {
         Failure::line(format!("{}: {error}; expected a sealed set", args.folder.display()))
     })?;
-    write(args.out.as_deref(), &text)
+    let machine = params::parse(&text, "set.toml")?;
+    let mut profiles: Vec<_> = machine.axes.iter().map(|axis| axis.profile).collect();
+    profiles.sort_by_key(|profile| *profile as u8);
+    profiles.dedup();
+    if json {
+        let steps: Vec<_> = profiles
+            .iter()
+            .map(|profile| json!({ "profile": profile.name(), "steps": replacement::steps(*profile) }))
+            .collect();
+        println!("{}", json!({ "set": text, "replacement": steps }));
+        return args.out.as_deref().map_or(Ok(()), |out| write(Some(out), &text));
+    }
+    write(args.out.as_deref(), &text)?;
+    for profile in profiles {
+        eprintln!("Another device, {}:", profile.name());
+        for (at, step) in (1..).zip(replacement::steps(profile)) {
+            eprintln!("  {at}. {} ({})", step.text, step.source);
+        }
+    }
+    Ok(())
 }

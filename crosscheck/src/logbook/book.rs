@@ -220,16 +220,46 @@ fn slot(number: u64, hash: &Hash) -> Vec<u8> {
     slot
 }
 
-/// Number and hash of the newest record as `<file>.head` knows them.
-pub(super) fn read_newest(path: &Path) -> Option<(u64, Hash)> {
-    let octets = fs::read(beside(path)).ok()?;
-    let parse = |slot: &[u8; SLOT]| {
+/// One of the two notes of `<file>.head`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Slot {
+    /// Never written, or the file is not there.
+    Empty,
+    /// Written in part, or changed.
+    Damaged,
+    /// Number and hash of the record that was the newest then.
+    Sound(u64, Hash),
+}
+
+/// Both notes of `<file>.head`.
+pub(super) fn read_slots(path: &Path) -> io::Result<[Slot; 2]> {
+    let octets = match fs::read(beside(path)) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok([Slot::Empty; 2]),
+        other => other?,
+    };
+    Ok([0, 1].map(|at| parse_slot(octets.get(at * SLOT..).unwrap_or_default())))
+}
+
+fn parse_slot(octets: &[u8]) -> Slot {
+    let octets = octets.get(..SLOT).unwrap_or(octets);
+    if octets.iter().all(|octet| *octet == 0) {
+        return Slot::Empty;
+    }
+    let parse = || {
+        let slot = octets.first_chunk::<SLOT>()?;
         let (covered, sum) = slot.split_last_chunk::<4>()?;
         let (number, hash) = covered.split_first_chunk::<8>()?;
         let sound = crc32(covered) == u32::from_le_bytes(*sum);
-        sound.then_some((u64::from_le_bytes(*number), *hash.first_chunk::<32>()?))
+        sound.then_some(Slot::Sound(u64::from_le_bytes(*number), *hash.first_chunk::<32>()?))
     };
-    octets.as_chunks::<SLOT>().0.iter().filter_map(parse).max_by_key(|(number, _)| *number)
+    parse().unwrap_or(Slot::Damaged)
+}
+
+/// Number and hash of the newest record as `<file>.head` knows them.
+fn read_newest(path: &Path) -> Option<(u64, Hash)> {
+    let slots = read_slots(path).ok()?;
+    let sound = |slot: Slot| if let Slot::Sound(number, hash) = slot { Some((number, hash)) } else { None };
+    slots.into_iter().filter_map(sound).max_by_key(|(number, _)| *number)
 }
 
 fn beside(path: &Path) -> PathBuf {

@@ -104,7 +104,7 @@ fn json_moment(moment: &Moment) -> String {
 }
 
 /// Kind and text of a record without a moment.
-fn words(entry: Option<&Entry>) -> (&'static str, String) {
+pub fn words(entry: Option<&Entry>) -> (&'static str, String) {
     match entry {
         Some(Entry::Start { version, nonce, axes }) => {
             let axes: Vec<String> = axes

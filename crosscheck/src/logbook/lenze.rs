@@ -4,6 +4,8 @@
 //! safe input is off counts as "via SD-In", otherwise as "via S-bus"; with an error standing a
 //! stop counts as "through error".
 
+use std::format;
+use std::string::String;
 use std::vec::Vec;
 
 use shm_schema::facts::lenze_sm301::status as s;
@@ -87,6 +89,34 @@ const FUNCTIONS: [(u8, u8); 9] = [
     (28, s::SDIPOS_ACTIVE),
     (32, s::SDINEG_ACTIVE),
 ];
+
+const NAMES: [&str; 9] = ["STO", "SS1", "SS2", "SLS1", "SLS2", "SLS3", "SLS4", "SDIpos", "SDIneg"];
+const SOURCES: [&str; 3] = ["via SD-In", "via S-bus", "through error"];
+
+/// C15893 as words.
+pub fn state_words(state: u64) -> Vec<String> {
+    let set = |at: u8| state >> at & 1 == 1;
+    let mut words = Vec::new();
+    let rows = FUNCTIONS.iter().zip(NAMES).map(|((first, _), name)| (*first, name));
+    for (first, name) in rows.chain([(40, "OMS"), (44, "ES")]) {
+        // The stops have three sources, the others two.
+        let sources = if first <= 8 { 3 } else { 2 };
+        for (offset, source) in (0..sources).zip(SOURCES) {
+            if set(first + offset) {
+                words.push(format!("{name} {source}"));
+            }
+        }
+    }
+    if set(36) {
+        words.push("SLI".into());
+    }
+    for (input, at) in (1..=4).zip(52_u8..) {
+        if !set(at) {
+            words.push(format!("SD-In{input} off"));
+        }
+    }
+    words
+}
 
 /// C15893 of a moment.
 pub fn log_state(moment: &Moment) -> u64 {

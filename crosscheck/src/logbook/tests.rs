@@ -148,12 +148,59 @@ fn a_torn_record_is_cut_off_and_recorded() {
 fn every_flipped_bit_is_noticed() {
     let folder = Folder::new("flip");
     let whole = written(&folder);
-    for at in 0..whole.len() {
+    for bit in 0..whole.len() * 8 {
         let mut damaged = whole.clone();
-        damaged[at] ^= 1 << (at % 8);
+        damaged[bit / 8] ^= 1 << (bit % 8);
         let findings = verify(&damaged);
-        assert!(!findings.is_whole(), "octet {at}");
+        assert!(!findings.is_whole(), "bit {bit}");
+        let first_record = (bit / 8).checked_sub(HEAD).map_or(0, |_| findings.proved.0);
+        let proved = findings.records.iter().take_while(|record| record.number <= first_record);
+        assert!(proved.zip(verify(&whole).records).all(|(kept, right)| *kept == right), "bit {bit}");
     }
+}
+
+/// The note of the newest record is watched like the book itself.
+#[test]
+fn every_flipped_bit_of_the_note_is_noticed() {
+    let folder = Folder::new("flip-note");
+    written(&folder);
+    let note = folder.0.join("log.head");
+    let whole = fs::read(&note).expect("there");
+    for bit in 0..whole.len() * 8 {
+        let mut damaged = whole.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        fs::write(&note, &damaged).expect("writes");
+        let findings = verify_all(&folder.file()).expect("reads");
+        assert!(!findings.is_whole(), "bit {bit}");
+        assert_eq!(findings.records.len(), 6, "bit {bit}");
+    }
+    fs::remove_file(&note).expect("there");
+    let findings = verify_all(&folder.file()).expect("reads");
+    assert!(findings.faults[0].contains(".head file is missing"), "{:?}", findings.faults);
+    assert_eq!(findings.proved.0, 6);
+}
+
+/// A chain of files: none can be taken out, exchanged or cut without being named.
+#[test]
+fn a_file_that_was_taken_out_or_exchanged_is_noticed() {
+    let fill = |folder: &Folder, text: &str| {
+        let mut book = Book::open(&folder.file(), Size { file_octets: 400, files: 9 }).expect("opens");
+        (0..20).for_each(|_| book.append(&Entry::Intervention(text.into())).expect("appends"));
+        super::verify::files(&folder.file()).expect("reads")
+    };
+    let (folder, other) = (Folder::new("chain"), Folder::new("chain-other"));
+    let (files, others) = (fill(&folder, "one"), fill(&other, "two"));
+    assert!(files.len() > 3);
+    assert!(verify_all(&folder.file()).expect("reads").is_whole());
+    for (file, foreign) in files.iter().zip(&others) {
+        let whole = fs::read(file).expect("there");
+        fs::copy(foreign, file).expect("copies");
+        assert!(!verify_all(&folder.file()).expect("reads").is_whole(), "{}: exchanged", file.display());
+        fs::remove_file(file).expect("there");
+        assert!(!verify_all(&folder.file()).expect("reads").is_whole(), "{}: taken out", file.display());
+        fs::write(file, &whole).expect("writes");
+    }
+    assert!(verify_all(&folder.file()).expect("reads").is_whole());
 }
 
 /// A record changed together with its check sum is still out of the chain.
@@ -207,7 +254,7 @@ fn the_size_is_bounded_and_what_was_removed_is_named() {
     assert!(octets < 3 * 2_500, "{octets}");
     let findings = verify_all(&folder.file()).expect("reads");
     assert_eq!(findings.faults.len(), 1, "{:?}", findings.faults);
-    assert!(findings.faults[0].contains("removed to make room"));
+    assert!(findings.faults[0].contains("were removed"), "{:?}", findings.faults);
     assert_eq!(findings.records.last().map(|last| last.number), Some(200));
 }
 

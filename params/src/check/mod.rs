@@ -213,4 +213,6 @@ impl<'a> Judge<'a> {
 }
 
 #[cfg(test)]
+mod catalogue_tests;
+#[cfg(test)]
 mod tests;

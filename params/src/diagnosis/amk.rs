@@ -105,7 +105,20 @@ impl Row {
             all || meaning.fits(info3) && meaning.for_info2.is_none_or(|value| Some(&value) == info2)
         };
         let third = self.info3.iter().filter(fits).map(|meaning| meaning.info("Info3", info3));
-        second.chain(third).collect()
+        let mut infos: Vec<Info> = second.chain(third).collect();
+        for (field, value) in [("Info2", info2), ("Info3", info3)] {
+            // 0 stands for an empty field (DEC-45).
+            let Some(value) = value.filter(|value| **value != 0) else { continue };
+            if infos.iter().all(|info| info.field != field) {
+                infos.push(Info {
+                    field: field.into(),
+                    value: value.to_string(),
+                    meaning: "the vendor's tables give this value no meaning".into(),
+                    params: String::new(),
+                });
+            }
+        }
+        infos
     }
 }
 

@@ -63,3 +63,34 @@ fn every_code_of_every_profile_says_reaction_and_remedy() {
         }
     }
 }
+
+#[test]
+fn an_unknown_code_finds_the_ones_that_were_probably_meant() {
+    assert_eq!(nearest("SME0A8").len(), 3);
+    assert!(nearest("SLS-E3").contains(&"SLS-E1".to_string()));
+    assert!(nearest("3606/12/6").iter().all(|code| code.starts_with("3606/")), "{:?}", nearest("3606/12/6"));
+    assert!(nearest("1677").contains(&"167".to_string()));
+}
+
+#[test]
+fn a_field_without_a_catalogued_meaning_says_so() {
+    let infos = one("3606/13/99").infos;
+    assert_eq!(infos.len(), 1);
+    assert!(infos[0].meaning.contains("no meaning"), "{}", infos[0].meaning);
+}
+
+/// Every code of every catalogue is found by its own name.
+#[test]
+fn every_catalogued_code_is_explained() {
+    for profile in crate::definition::PROFILES {
+        for known in all(profile) {
+            let found = explain(&known.code);
+            assert!(
+                found.iter().any(|found| found.profile == profile.name() && found.code == known.code),
+                "{} {}",
+                profile.name(),
+                known.code
+            );
+        }
+    }
+}

@@ -15,6 +15,7 @@
 //! A kill at any instant leaves `current` at the whole old set or the whole new one.
 
 pub mod installation;
+pub mod replacement;
 mod store;
 
 use std::{fmt, io, path::Path};
@@ -177,6 +178,40 @@ pub struct Item {
     pub right: bool,
     /// What was found.
     pub found: String,
+    /// Code that an AMK device shows for it (3609); empty when it is right, or only loaded.
+    pub code: String,
+}
+
+/// How far a transfer has come (AMK-PMT-17, AMK-PMT-22, AMK-PMT-24).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// There is no set: nothing can start.
+    Empty,
+    /// A set is loaded and waits for its validation; a restart erases it.
+    Loaded,
+    /// A sealed set; in force from the next start of the machine on.
+    Sealed,
+}
+
+impl State {
+    /// What a person has to know.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Empty => "no set: transfer one (3609/128/6)",
+            Self::Loaded => "loaded, validation requested: seal it; a restart erases it",
+            Self::Sealed => "sealed: in force after the next restart of the set (3609/9/0)",
+        }
+    }
+}
+
+/// The state of a folder.
+pub fn state(folder: &Path) -> State {
+    match store::target(folder) {
+        None => State::Empty,
+        Some(target) if store::is_unvalidated(&target) => State::Loaded,
+        Some(_) => State::Sealed,
+    }
 }
 
 /// Verifies the current set of a folder against its installation, item by item.
@@ -198,11 +233,15 @@ pub fn verify(folder: &Path, installation: &Installation) -> Result<Vec<Item>, S
 }
 
 fn confirmed(prepared: &Prepared, folder: &Path) -> Item {
-    let found = store::confirmation(folder, &prepared.device_signature()).unwrap_or_default();
+    let found = store::confirmation(folder, &prepared.device_signature());
+    let right = found.as_ref() == Some(&prepared.content_signature());
+    // AMK-PMT-20: it is kept apart from the set. None at all reads as 0 (3609/128/10).
+    let code = if found.is_some() { "3609/74/0/4" } else { "3609/128/10/56" };
     Item {
         what: "content signature as typed back".into(),
-        right: found == prepared.content_signature(),
-        found,
+        right,
+        found: found.unwrap_or_else(|| "none".into()),
+        code: if right { String::new() } else { code.into() },
     }
 }
 
@@ -212,34 +251,31 @@ fn judged(
     read: io::Result<Result<Image, ImageError>>,
     expected: Signatures,
 ) -> Item {
-    let what = format!("axis {axis}, image {channel}");
-    let (right, found) = match read {
-        Err(error) => (false, error.to_string()),
-        Ok(Err(error)) => (false, error.to_string()),
-        Ok(Ok(image))
-            if image.signatures.device == expected.device
-                && image.signatures == expected
-                && image.axis == axis =>
-        {
-            let state = if image.validated {
-                "validated"
+    // AMKD-XFR-02: the phase "check at start", by channel.
+    let phase = if channel == "a" { 55 } else { 56 };
+    let wrong = |info2: u8, found: String| (false, found, format!("3609/128/{info2}/{phase}"));
+    let (right, found, code) = match read {
+        Err(error) => wrong(6, error.to_string()),
+        Ok(Err(error @ (ImageError::CheckSum | ImageError::Signature))) => wrong(4, error.to_string()),
+        Ok(Err(error)) => wrong(6, error.to_string()),
+        Ok(Ok(image)) => {
+            let Signatures { content, device, .. } = image.signatures;
+            let found = format!("serial {}, device signature {device:08X}", image.serial);
+            if image.axis != axis {
+                wrong(6, format!("of axis {}", image.axis))
+            } else if content != expected.content || image.signatures.template != expected.template {
+                wrong(4, format!("{found}, content {content:08X}, not {:08X}", expected.content))
+            } else if device != expected.device {
+                // Sealed for another device: the hardware was replaced.
+                wrong(9, format!("{found}, not {:08X}", expected.device))
+            } else if image.validated {
+                (true, format!("validated, {found}"), String::new())
             } else {
-                "loaded, not validated: dies with the next restart"
-            };
-            (
-                image.validated,
-                format!("{state}, serial {}, device signature {:08X}", image.serial, image.signatures.device),
-            )
+                (false, format!("loaded, not validated: dies with the next restart, {found}"), String::new())
+            }
         }
-        Ok(Ok(image)) => (
-            false,
-            format!(
-                "serial {}, device signature {:08X}, not {:08X}",
-                image.serial, image.signatures.device, expected.device
-            ),
-        ),
     };
-    Item { what, right, found }
+    Item { what: format!("axis {axis}, image {channel}"), right, found, code }
 }
 
 #[cfg(test)]

@@ -16,13 +16,51 @@ const CONFIRMED: &str = "confirmed";
 const UNVALIDATED: &str = "-unvalidated";
 const SOURCE: &str = "set.toml";
 
+/// An instant at which power may go: tests stop the writer here.
+#[cfg(not(test))]
+#[allow(clippy::unnecessary_wraps, reason = "the tests' own fails")]
+fn instant() -> io::Result<()> {
+    Ok(())
+}
+
+#[cfg(test)]
+pub(super) use faults::instant;
+
+/// A power loss at the n-th instant of this thread.
+#[cfg(test)]
+pub(super) mod faults {
+    use std::{cell::Cell, io};
+
+    thread_local! {
+        static LEFT: Cell<Option<u32>> = const { Cell::new(None) };
+    }
+
+    /// Power goes after so many instants; `None`: never. Returns what was left.
+    pub fn arm(left: Option<u32>) -> Option<u32> {
+        LEFT.replace(left)
+    }
+
+    pub fn instant() -> io::Result<()> {
+        LEFT.with(|cell| match cell.get() {
+            None => Ok(()),
+            Some(0) => Err(io::Error::other("power loss")),
+            Some(left) => {
+                cell.set(Some(left - 1));
+                Ok(())
+            }
+        })
+    }
+}
+
 /// Writes a set and makes it the current one. `typed` is what a person confirmed; without it
 /// the images are not validated.
 pub(super) fn write(prepared: &Prepared, folder: &Path, typed: Option<&str>) -> io::Result<()> {
     let name = prepared.device_signature();
     let suffix = if typed.is_some() { "" } else { UNVALIDATED };
     let target = format!("{SETS}/{name}{suffix}");
+    instant()?;
     fs::create_dir_all(folder.join(SETS))?;
+    instant()?;
     fs::create_dir_all(folder.join(CONFIRMED))?;
     if folder.join(&target).exists()
         && fs::read_link(folder.join(IMAGE_FOLDER)).ok() == Some(PathBuf::from(&target))
@@ -37,8 +75,10 @@ fn write_as(prepared: &Prepared, folder: &Path, target: &str, typed: Option<&str
     let path = folder.join(target);
     if path.exists() {
         // A leftover of a writer that was killed; nothing points to it.
+        instant()?;
         fs::remove_dir_all(&path)?;
     }
+    instant()?;
     fs::create_dir(&path)?;
     write_synced(&path.join(SOURCE), prepared.text.as_bytes())?;
     for axis in &prepared.machine.axes {
@@ -55,6 +95,16 @@ fn write_as(prepared: &Prepared, folder: &Path, target: &str, typed: Option<&str
     switch(folder, target)
 }
 
+/// What `current` points to.
+pub(super) fn target(folder: &Path) -> Option<PathBuf> {
+    let target = fs::read_link(folder.join(IMAGE_FOLDER)).ok()?;
+    folder.join(&target).is_dir().then_some(target)
+}
+
+pub(super) fn is_unvalidated(target: &Path) -> bool {
+    target.to_string_lossy().contains(UNVALIDATED)
+}
+
 /// Erases the current set if its name says that nobody validated it.
 pub(super) fn erase_unvalidated(folder: &Path) -> io::Result<bool> {
     let current = folder.join(IMAGE_FOLDER);
@@ -62,11 +112,13 @@ pub(super) fn erase_unvalidated(folder: &Path) -> io::Result<bool> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
         other => other?,
     };
-    if !target.to_string_lossy().contains(UNVALIDATED) {
+    if !is_unvalidated(&target) {
         return Ok(false);
     }
+    instant()?;
     fs::remove_file(&current)?;
     sync_folder(folder)?;
+    instant()?;
     fs::remove_dir_all(folder.join(target))?;
     Ok(true)
 }
@@ -74,12 +126,16 @@ pub(super) fn erase_unvalidated(folder: &Path) -> io::Result<bool> {
 /// Points `current` to another set: the one instant at which everything changes.
 fn switch(folder: &Path, target: &str) -> io::Result<()> {
     let next = folder.join(".next");
+    instant()?;
     match fs::remove_file(&next) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
         _ => {}
     }
+    instant()?;
     symlink(target, &next)?;
+    instant()?;
     fs::rename(&next, folder.join(IMAGE_FOLDER))?;
+    instant()?;
     sync_folder(folder)
 }
 
@@ -89,13 +145,22 @@ pub(super) fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("file");
     let aside = folder.join(format!(".{name}.new"));
     write_synced(&aside, content)?;
+    instant()?;
     fs::rename(&aside, path)?;
+    instant()?;
     sync_folder(folder)
 }
 
 fn write_synced(path: &Path, content: &[u8]) -> io::Result<()> {
+    instant()?;
     let mut file = File::create(path)?;
-    file.write_all(content)?;
+    let (first, second) = content.split_at(content.len() / 2);
+    instant()?;
+    file.write_all(first)?;
+    // Half of a file is what a loss of power may leave.
+    instant()?;
+    file.write_all(second)?;
+    instant()?;
     file.sync_all()
 }
 

@@ -183,3 +183,101 @@ fn an_installation_is_written_and_read() {
     let again = Installation::read(&path).expect("read");
     assert_eq!((again.serial_of(1), again.verify(PASSWORD)), (Some("SIM-0001"), Ok(())));
 }
+
+/// Which set a folder holds, whole: the number of its Prm67; `None` when there is none.
+fn whole(folder: &Folder, installation: &Installation) -> Option<String> {
+    if !folder.0.join("current").exists() {
+        return None;
+    }
+    let items = verify(&folder.0, installation).expect("readable");
+    assert!(items.iter().all(|item| item.right), "half a set: {items:#?}");
+    let text = source(&folder.0).expect("readable");
+    text.lines().find(|line| line.starts_with("Prm67")).map(str::to_string)
+}
+
+/// Power may go at every instant of sealing: the old set or the new one, never half, and the
+/// next attempt works. First with no set before, then over an old one, then the same again.
+#[test]
+fn power_may_go_at_every_instant_of_sealing() {
+    let installation = installation();
+    let of = |speed: &str| prepare(&SET.replace("300", speed), "set.toml", &installation).expect("right");
+    for before in [None, Some("301"), Some("302")] {
+        let mut instants = 0;
+        loop {
+            let folder = Folder::new();
+            let sealing =
+                |set: &Prepared| seal(set, &installation, PASSWORD, &set.content_signature(), &folder.0);
+            if let Some(old) = before {
+                sealing(&of(old)).expect("sealed");
+            }
+            let old = whole(&folder, &installation);
+            let new = of("302");
+            store::faults::arm(Some(instants));
+            let done = sealing(&new);
+            store::faults::arm(None);
+            let left = whole(&folder, &installation);
+            assert!(left == old || left.as_deref() == Some("Prm67 = 302"), "instant {instants}: {left:?}");
+            assert!(!restart(&folder.0).expect("possible"), "instant {instants}: a sealed set survives");
+            sealing(&new).expect("the next attempt works");
+            assert_eq!(whole(&folder, &installation).as_deref(), Some("Prm67 = 302"));
+            if done.is_ok() {
+                break;
+            }
+            instants += 1;
+        }
+        assert!(instants > 15, "{instants} instants are too few to be all");
+    }
+}
+
+/// The same for a set that is only loaded: it is never taken for a validated one, and a
+/// restart that is itself interrupted ends the job the next time.
+#[test]
+fn power_may_go_at_every_instant_of_loading_and_of_the_restart_after_it() {
+    let installation = installation();
+    let set = prepare(SET, "set.toml", &installation).expect("right");
+    for instants in 0..40 {
+        let folder = Folder::new();
+        store::faults::arm(Some(instants));
+        let _ = load(&set, &folder.0);
+        let _ = restart(&folder.0);
+        store::faults::arm(None);
+        let _ = restart(&folder.0).expect("possible");
+        assert!(!folder.0.join("current").exists(), "instant {instants}: an unvalidated set survived");
+    }
+}
+
+/// AMKD-XFR-04: what is wrong with a stored set carries the vendor's code.
+#[test]
+fn a_wrong_set_is_reported_with_its_transfer_code() {
+    let code = |damage: fn(&Folder), serial: &str| {
+        let (folder, _) = sealed();
+        damage(&folder);
+        let items = verify(&folder.0, &Installation::new(serial)).expect("readable");
+        items.into_iter().filter(|item| !item.right).map(|item| item.code).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        code(|folder| fs::remove_file(folder.0.join("current/axis-01.a.img")).expect("there"), "SIM-0001"),
+        ["3609/128/6/55"]
+    );
+    let flip = |folder: &Folder| {
+        let path = folder.0.join("current/axis-01.b.img");
+        let mut octets = fs::read(&path).expect("there");
+        octets[60] ^= 1;
+        fs::write(path, octets).expect("written");
+    };
+    assert_eq!(code(flip, "SIM-0001"), ["3609/128/4/56"]);
+    assert_eq!(code(|_| (), "SIM-0002"), ["3609/128/10/56", "3609/128/9/55", "3609/128/9/56"]);
+}
+
+/// AMK-PMT-24: the states of a transfer, as the LED of the device shows them.
+#[test]
+fn the_state_of_a_folder_follows_loading_sealing_and_restart() {
+    let (folder, installation) = (Folder::new(), installation());
+    assert_eq!(state(&folder.0), State::Empty);
+    let set = prepare(SET, "set.toml", &installation).expect("right");
+    load(&set, &folder.0).expect("loaded");
+    assert_eq!(state(&folder.0), State::Loaded);
+    seal(&set, &installation, PASSWORD, &set.content_signature(), &folder.0).expect("sealed");
+    assert_eq!(state(&folder.0), State::Sealed);
+    assert!(state(&folder.0).text().contains("restart"));
+}
