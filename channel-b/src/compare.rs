@@ -37,7 +37,7 @@ const WARNING: u32 = 3610;
 pub enum Item {
     /// The stop function, with the higher of the two.
     Stop(Stop),
-    /// Lane (status, request, input, acknowledge, error) and bit.
+    /// Lane (status, request, input, acknowledge, error, session, digest) and bit.
     Bit(u8, u8),
 }
 
@@ -292,7 +292,10 @@ fn lanes(own: &Report, partner: &Report, masked: Word, differs_by_error: bool) -
     let status = xor(&own.status, &partner.status);
     let inputs = own.inputs ^ partner.inputs;
     let acknowledgements = own.acknowledgements ^ partner.acknowledgements;
-    let single = [inputs, acknowledgements, u32::from(differs_by_error), 0, 0, 0, 0, 0];
+    let others =
+        [differs_by_error, own.session_id != partner.session_id, own.frame_digest != partner.frame_digest];
+    let others = (0..).zip(others).fold(0, |all, (place, differs)| all | u32::from(differs) << (place & 3));
+    let single = [inputs, acknowledgements, others, 0, 0, 0, 0, 0];
     let mut shown = status.0;
     for (part, mask) in shown.iter_mut().zip(masked.0) {
         *part &= !mask;

@@ -14,9 +14,10 @@ pub enum Cause {
     Reaction,
     /// As long as it is raised again every cycle.
     Live,
-    /// As long as it is raised again every cycle; ends by itself. Only before the first
-    /// torque: nothing was tripped yet, and the first torque needs an edge anyway (DEC-19).
-    Starting,
+    /// As long as it is raised again every cycle; ends by itself. For what disturbs a start-up
+    /// (nothing was tripped yet, and the first torque needs an edge anyway, DEC-19) and for
+    /// messages without error status.
+    Passing,
     /// Until the set is restarted or a valid parameter set loaded.
     Lasting,
 }
@@ -76,7 +77,7 @@ impl Ledger {
         for place in &mut self.entries {
             let Some(standing) = place else { continue };
             standing.fresh = standing.fresh.saturating_sub(1);
-            let is_over = (standing.entry.cause == Cause::Starting) & (standing.fresh == 0);
+            let is_over = (standing.entry.cause == Cause::Passing) & (standing.fresh == 0);
             if is_over {
                 *place = None;
             }
@@ -89,7 +90,7 @@ impl Ledger {
         if let Some(standing) = known {
             standing.fresh = 2;
             // What stood at the start and stands under torque is an error like any other.
-            if standing.entry.cause == Cause::Starting {
+            if standing.entry.cause == Cause::Passing {
                 standing.entry.cause = entry.cause;
             }
             return;
@@ -107,7 +108,7 @@ impl Ledger {
             let Some(standing) = place else { continue };
             let gone = match standing.entry.cause {
                 Cause::Reaction => settled,
-                Cause::Live | Cause::Starting => standing.fresh == 0,
+                Cause::Live | Cause::Passing => standing.fresh == 0,
                 Cause::Lasting => false,
             };
             if gone {
@@ -185,12 +186,12 @@ mod tests {
     #[test]
     fn a_disturbed_start_needs_no_edge_of_its_own() {
         let mut ledger = Ledger::new();
-        ledger.raise(Entry::sto(PARTNER, Cause::Starting));
+        ledger.raise(Entry::sto(PARTNER, Cause::Passing));
         ledger.begin_cycle();
         assert!(ledger.has_error());
         ledger.begin_cycle();
         assert!(!ledger.has_error());
-        ledger.raise(Entry::sto(PARTNER, Cause::Starting));
+        ledger.raise(Entry::sto(PARTNER, Cause::Passing));
         ledger.raise(Entry::sto(PARTNER, Cause::Live));
         ledger.begin_cycle();
         ledger.begin_cycle();

@@ -10,7 +10,7 @@
 //! - [`guard`]: form of cells · [`image`]: parameters · [`profile`]: rows of each product
 //! - [`engine`]: what functions have in common · [`encoder`], [`inputs`]: the senses
 //! - [`fresh`], [`agreed`], [`compare`], [`path`]: watching the others · [`ledger`]: standing errors
-//! - [`monitor`]: one axis, one step · [`black_channel`]: the fieldbus slaves
+//! - [`monitor`]: one axis, one step · [`bus`]: its fieldbus · [`black_channel`]: the slaves
 //!
 //! Conditions are joined without short circuit: every part of a decision is computed in
 //! every cycle, and a decision is one branch.
@@ -26,6 +26,7 @@ extern crate std;
 
 pub mod agreed;
 pub mod black_channel;
+pub mod bus;
 pub mod compare;
 pub mod crc;
 pub mod encoder;

@@ -7,6 +7,8 @@ mod tests;
 #[cfg(test)]
 mod tests_atv;
 #[cfg(test)]
+mod tests_bus;
+#[cfg(test)]
 mod tests_etg;
 #[cfg(test)]
 mod tests_lenze;
@@ -21,6 +23,8 @@ use shm_schema::word::Word;
 
 use crate::BUILD;
 use crate::agreed::Agreed;
+use crate::bus::Bus;
+use crate::bus::inputs::History;
 use crate::compare::{Comparison, Limits};
 use crate::encoder::Evaluation;
 use crate::engine::Motion;
@@ -50,6 +54,8 @@ pub struct Monitor {
     path: Path,
     comparison: Comparison,
     senses: Senses,
+    bus: Bus,
+    history: History,
     is_first: bool,
     /// The path was driven under torque in the cycle before.
     was_driving: bool,
@@ -128,6 +134,8 @@ impl Monitor {
                 agreed: Agreed::new(),
                 partner_drives: false,
             },
+            bus: Bus::new(setup.bus, plan.telegram()),
+            history: History::new(),
             plan,
             is_first: true,
             was_driving: false,
@@ -144,7 +152,7 @@ impl Monitor {
         self.ledger.begin_cycle();
         let cells = self.read(inputs, is_settled, now_ns);
         self.supervise_cells(inputs, &cells, now_ns);
-        let mut edges = self.senses.acknowledges.edges(cells.acknowledge, is_settled);
+        let mut edges = self.senses.acknowledges.edges(cells.acknowledge, cells.is_connected, is_settled);
         let mut cells = cells;
         if !self.plan.has_encoder {
             // LNZ-SS1-02: without encoder the drive's own standstill is all there is.
@@ -174,7 +182,9 @@ impl Monitor {
         self.react(&requested, &cells, now_ns);
         let report = self.compare(inputs, &cells, &requested, now_ns);
         self.restart_pending = self.awaits_restart(&requested, &cells);
-        let outputs = self.drive(report, &cells);
+        let mut outputs = self.drive(report, &cells);
+        outputs.answer = cells.answer;
+        self.history.note_own(&outputs.report);
         self.is_first = false;
         outputs
     }
@@ -242,6 +252,7 @@ impl Monitor {
         Demand {
             sto: must | !is_operational,
             stops: asked | self.ledger.demanded_stops(),
+            requests: asked,
             may_leave: !self.ledger.has_error() & (restart | !self.plan.needs_restart),
             may_leave_sos: !self.ledger.has_error() & (restart | !self.sos_needs_restart()),
         }
@@ -348,6 +359,8 @@ impl Monitor {
             position: cells.motion.position,
             speed_mrpm: self.senses.motion.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
             drive: self.drive_request(cells, requested),
+            session_id: self.bus.session_id(),
+            frame_digest: self.bus.digest(),
             errors: self.ledger.list(),
             ..Report::default()
         }

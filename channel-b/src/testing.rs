@@ -105,8 +105,12 @@ impl Rig {
     }
 
     pub fn start(profile: Profile, changes: &[(u32, i32)], start: Start) -> Self {
-        let image = image(profile, changes);
-        let monitor = Monitor::new(&image, &Setup::new(1, NONCE, start));
+        Self::with(&image(profile, changes), &Setup::new(1, NONCE, start), profile)
+    }
+
+    /// A rig of two monitors of `image`, told the same.
+    pub fn with(image: &[u8], setup: &Setup, profile: Profile) -> Self {
+        let monitor = Monitor::new(image, setup);
         let world = World {
             speed: 0,
             position: 0,

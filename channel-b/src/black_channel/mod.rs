@@ -53,7 +53,7 @@ pub enum Config<'a> {
 }
 
 /// A slave of either protocol.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is no allocation to box it with")]
 pub enum Slave {
     /// FSoE slave.

@@ -35,8 +35,10 @@ pub struct Stop {
 pub struct Demand {
     /// Torque off is asked for.
     pub sto: bool,
-    /// Bit n: the stop function in place n is asked for.
+    /// Bit n: the stop function in place n is asked for, by a request or by an error.
     pub stops: u16,
+    /// The same by a request alone.
+    pub requests: u16,
     /// A finished stop may be left: no error stands, the restart rule is satisfied.
     pub may_leave: bool,
     /// The same for a standing SOS at the end of an SS2.
@@ -53,9 +55,10 @@ pub struct Stops {
     entered: Twin,
     /// Bit mask of the stop that ended in STO.
     origin: Twin,
-    /// Bit mask of the stop that a violation ended in STO, its end state: while its request
-    /// stands, it stands (DEC-11, DEC-12).
-    violated: Twin,
+    /// Bit mask of the stop that ended in STO, by its end or by a violation, and whose request
+    /// has stood since: while it stands, STO stands (DEC-11, DEC-12). A request that comes
+    /// later is remembered and begins when STO is left (DEC-13).
+    held: Twin,
     /// Bit n: stop n was interrupted by STO and its request has not gone since.
     interrupted: u16,
     /// How long the STO of a finished stop lasts at least, ns (DEC-48).
@@ -71,7 +74,7 @@ impl Stops {
             sto: Twin::flag(true),
             entered: Twin::time(0),
             origin: Twin::new(0),
-            violated: Twin::new(0),
+            held: Twin::new(0),
             interrupted: 0,
             sto_least_ns: 0,
         }
@@ -137,7 +140,7 @@ impl Stops {
     const fn release(&mut self) {
         self.sto = Twin::flag(false);
         self.origin = Twin::new(0);
-        self.violated = Twin::new(0);
+        self.held = Twin::new(0);
     }
 
     /// A stop function is still on its way to its end state (DEC-15).
@@ -166,21 +169,23 @@ impl Stops {
 
     /// The request of what ended in this state is gone.
     pub fn is_released(&self, demand: &Demand) -> bool {
-        let origin = self.origin.get().unwrap_or(-1) | self.violated.get().unwrap_or(-1);
+        let held = self.held.get().unwrap_or(-1);
         let active = self.place().map_or(0, |place| 1 << (place & 15));
-        i64::from(demand.stops) & (origin | active) == 0
+        i64::from(demand.requests) & (held | active) == 0
     }
 
     fn leave_sto(&mut self, demand: &Demand, now: u64) {
         let (Some(entered), Some(origin)) = (self.entered.get_time(), self.origin.get()) else {
             return;
         };
-        let Some(violated) = self.violated.get() else { return };
+        let Some(held) = self.held.get() else { return };
+        let held = held & i64::from(demand.requests);
+        self.held = Twin::new(held);
         // DEC-48: visible for one cycle at least, so never left in the cycle it was entered.
         let is_finished_stop = origin != 0;
         let age = now.saturating_sub(entered);
         let too_young = is_finished_stop & (age < self.sto_least_ns.max(1));
-        let is_held = demand.sto | (i64::from(demand.stops) & (origin | violated) != 0);
+        let is_held = demand.sto | (held != 0);
         let stays = is_held | too_young | !demand.may_leave;
         if !stays {
             self.release();
@@ -254,7 +259,7 @@ impl Stops {
             if !is_own_reaction {
                 self.enter_sto(0, now);
                 let is_end_state = stop.end == End::Sto;
-                self.violated = Twin::new(if is_end_state { 1 << (place & 15) } else { 0 });
+                self.held = Twin::new(if is_end_state { 1 << (place & 15) } else { 0 });
             }
             return found(place, &stop.spec, breach, verdict.phase);
         }
@@ -263,6 +268,7 @@ impl Stops {
         let is_over = (verdict.phase == Phase::Window) & (stop.end == End::Sto);
         if is_over {
             self.active = None;
+            self.held = Twin::new(1 << (place & 15));
             self.enter_sto(1 << (place & 15), now);
         }
     }

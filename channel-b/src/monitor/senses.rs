@@ -1,7 +1,7 @@
 //! What a step sees: fresh cells, motion, words, acknowledge edges.
 
 use shm_schema::agreement::{Agreement, PathTest};
-use shm_schema::command::{Command, CommandSource};
+use shm_schema::answer::Answer;
 use shm_schema::encoder::Encoder;
 use shm_schema::exchange::{Inputs, Received, Sampled};
 use shm_schema::inhibit::Readback;
@@ -10,6 +10,7 @@ use shm_schema::word::Word;
 
 use super::{Monitor, factor};
 use crate::agreed::Agreed;
+use crate::bus::Events;
 use crate::encoder::{EncoderFault, Evaluated, Evaluation};
 use crate::engine::Motion;
 use crate::engine::spec::NO_BIT;
@@ -62,6 +63,12 @@ pub struct Cells {
     pub others: u32,
     /// Acknowledge levels, as in the report.
     pub acknowledge: u32,
+    /// The command comes by a standing connection, or is fresh where there is no bus (DEC-16).
+    pub is_connected: bool,
+    /// New on the black channel.
+    pub answer: Option<Answer>,
+    /// What happened on the black channel.
+    pub events: Events,
     /// Non-safe.
     pub drive_n0: bool,
     /// Image and encoder are sound.
@@ -104,6 +111,9 @@ pub struct Acknowledges {
     armed: u32,
 }
 
+/// Acknowledge levels that come by the control word.
+const BY_WORD: u32 = 0b011;
+
 /// Rising edges of one cycle.
 #[derive(Debug, Clone, Copy)]
 pub struct Edges {
@@ -123,14 +133,15 @@ impl Edges {
 }
 
 impl Acknowledges {
-    /// DEC-16: a level that was there from the beginning is no edge.
-    pub fn edges(&mut self, levels: u32, is_settled: bool) -> Edges {
+    /// DEC-16: a level that was there from the beginning of the connection is no edge; a 0
+    /// must have been seen in it.
+    pub fn edges(&mut self, levels: u32, is_connected: bool, is_settled: bool) -> Edges {
         if is_settled {
             self.before = levels;
         }
         let rising = levels & !self.before & self.armed;
         self.before = levels;
-        self.armed |= !levels;
+        self.armed = if is_connected { self.armed | !levels } else { (self.armed | !levels) & !BY_WORD };
         Edges { error: rising & 1 != 0, restart: rising & 2 != 0, clear: rising & 4 != 0 }
     }
 }
@@ -152,6 +163,9 @@ impl Monitor {
             levels: 0,
             others: 0,
             acknowledge: 0,
+            is_connected: false,
+            answer: None,
+            events: Events::default(),
             drive_n0: false,
             is_plausible: false,
             is_stale: false,
@@ -171,6 +185,7 @@ impl Monitor {
         };
         self.read_motion(inputs, &mut cells, now);
         self.read_io(inputs, &mut cells, now);
+        self.read_bus(inputs, &mut cells, now);
         self.read_command(inputs, &mut cells, now);
         self.read_partner(inputs, &mut cells, now);
         self.read_agreement(inputs, &mut cells, now);
@@ -274,26 +289,51 @@ impl Monitor {
         cells.levels |= terminals as u32;
     }
 
+    /// Takes the frame whose exchange has come. The inputs of the answer are those of the
+    /// exchange before, which both channels hold.
+    fn read_bus(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
+        if !self.bus.is_used() {
+            return;
+        }
+        self.history.note_partner(sound(&inputs.partner).map(|cell| &cell.payload));
+        let command = sound(&inputs.command).map(|cell| &cell.payload);
+        let command = command.filter(|command| self.bus.is_believed(command.source));
+        let before = self.history.of(cells.exchange.saturating_sub(1));
+        let seen = before.filter(|seen| self.plan.telegram().is_sendable(seen));
+        (cells.answer, cells.events) = self.bus.step(command, cells.exchange, now, seen.as_ref());
+        self.plan.logic.watch_bus(&cells.events, &mut self.ledger);
+    }
+
     fn read_command(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
         let command = sound(&inputs.command);
         self.senses.command.observe(command.map(|cell| cell.sequence), now);
-        if self.is_stale(&self.senses.command, now) {
+        let is_stale = self.is_stale(&self.senses.command, now);
+        // Architecture: where frames come, the protocol's watchdog judges their age.
+        let command = command.filter(|_| self.bus.is_used() | !is_stale).map(|cell| &cell.payload);
+        let Some(command) = command else {
+            // A connection stands on while its newest cell cannot be read.
+            return self.take_word(cells, false);
+        };
+        if !self.bus.is_believed(command.source) {
             return;
         }
-        let Some(cell) = command else { return };
-        cells.drive_n0 = cell.payload.drive_n0;
-        cells.word = self.word(&cell.payload);
-        let bit = |bit: u8| (bit != NO_BIT) && cells.word.bit(bit);
-        let levels = [bit(self.plan.bits.acknowledge), bit(self.plan.bits.restart), cell.payload.clear_error];
-        cells.acknowledge =
-            (0..).zip(levels).fold(0, |all, (place, level)| all | u32::from(level) << (place & 3));
+        cells.drive_n0 = command.drive_n0;
+        if !self.bus.is_used() {
+            cells.word = command.word;
+            cells.is_connected = true;
+        }
+        self.take_word(cells, command.clear_error);
     }
 
-    fn word(&self, command: &Command) -> Word {
-        match command.source {
-            CommandSource::Plain => command.word,
-            _ => Word::ZERO,
+    fn take_word(&mut self, cells: &mut Cells, clear_error: bool) {
+        if self.bus.is_used() {
+            cells.word = self.bus.word();
+            cells.is_connected = self.bus.is_connected();
         }
+        let bit = |bit: u8| (bit != NO_BIT) && cells.word.bit(bit);
+        let levels = [bit(self.plan.bits.acknowledge), bit(self.plan.bits.restart), clear_error];
+        cells.acknowledge =
+            (0..).zip(levels).fold(0, |all, (place, level)| all | u32::from(level) << (place & 3));
     }
 
     fn read_partner(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {

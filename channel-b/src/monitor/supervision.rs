@@ -47,7 +47,7 @@ impl Monitor {
     /// was tripped: it is shown, withholds the next step, and ends with its cause (DEC-19).
     fn disturbed(&mut self, is_wrong: bool, code: ErrorCode) {
         let is_complete = self.startup.phase() == Phase::Operational;
-        let cause = if is_complete { Cause::Live } else { Cause::Starting };
+        let cause = if is_complete { Cause::Live } else { Cause::Passing };
         if is_wrong {
             self.ledger.raise(Entry::sto(self.plan.logic.internal(code), cause));
         }
@@ -61,7 +61,7 @@ impl Monitor {
         if let Some(fault) = cells.encoder_fault {
             self.live(true, encoder_code(fault));
         }
-        self.disturbed(cells.is_clock_off, CLOCK);
+        self.watch_clocks(cells.is_clock_off);
         self.disturbed(cells.overruns >= self.ages(self.setup.overruns_max.max(1)), OVERRUN);
         // Before pairing nobody can be lost.
         let is_paired = !matches!(self.startup.phase(), Phase::Boot | Phase::Refused | Phase::Pairing);
@@ -72,6 +72,16 @@ impl Monitor {
         self.live(self.has_lapsed, PARTNER_LOST);
         self.supervise_pulses();
         self.supervise_paths(inputs, cells, now);
+    }
+
+    /// DEC-26. A clock that has run wrong once under torque is not trusted again before a
+    /// restart (decision 0002).
+    fn watch_clocks(&mut self, is_off: bool) {
+        let is_trusted = self.startup.is_starting() | !is_off;
+        if is_trusted {
+            return self.disturbed(is_off, CLOCK);
+        }
+        self.ledger.raise(Entry::sto(self.plan.logic.internal(CLOCK), Cause::Lasting));
     }
 
     fn supervise_pulses(&mut self) {

@@ -148,6 +148,32 @@ fn a_violated_ss1_stays_in_sto_until_its_request_is_gone() {
     assert_eq!(rig.step().report.stop, Stop::None);
 }
 
+/// DEC-13, decision 0002: an SS1 requested in the STO that an SS1 reaction left behind is
+/// remembered, and begins when STO is left.
+#[test]
+fn an_ss1_requested_after_an_ss1_reaction_is_remembered() {
+    let set = [(59, 0), (61, 1000), (62, 400), (63, 1), (18, 10), (20, 1000), (21, 30)];
+    let mut rig = amk(&set);
+    rig.world.word = request(control::SLS2);
+    rig.step();
+    rig.world.speed = 2_000_000;
+    assert_eq!(rig.step().report.stop, Stop::Ss1);
+    rig.until(|_, _| (), |outputs| outputs.report.stop == Stop::Sto).expect("off its ramp");
+    rig.world.speed = 0;
+    rig.world.word &= request(control::SS1);
+    rig.step();
+    rig.world.clear = true;
+    let cleared = rig.step();
+    assert_eq!(
+        (codes(&cleared), cleared.report.stop),
+        (vec![], Stop::Sto),
+        "an SS1 at standstill ends at once"
+    );
+    rig.world.clear = false;
+    rig.world.word = request(control::SLS2);
+    assert_eq!(rig.step().report.stop, Stop::None);
+}
+
 /// DEC-48: a stop whose request has gone before its end is visible for one cycle.
 #[test]
 fn a_pulse_runs_ss1_to_its_end_and_one_cycle_of_sto() {

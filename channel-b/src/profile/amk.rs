@@ -6,6 +6,7 @@ use shm_schema::facts::amk_kw::{self, control, status};
 use shm_schema::word::Word;
 
 use super::{Asked, Bits, Plan, plain_requests};
+use crate::bus::Events;
 use crate::engine::record::Breach;
 use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, RPM, Range, Reaction, Slope, Spec};
 use crate::engine::stops::{End, Stop};
@@ -88,6 +89,7 @@ fn bits() -> Bits {
         valid: status::VALID,
         inputs: status::SE1,
         pairs: 3,
+        either: Word::from_u32(1 << status::ERROR),
         ..Bits::NONE
     }
 }
@@ -170,6 +172,16 @@ pub fn code(spec: &Spec, breach: Breach, reaction: Reaction) -> ErrorCode {
         Breach::Below(_) => (if is_warned_sli(spec, number) { 4 } else { 6 }, 0),
     };
     ErrorCode::amk(number, spec.id, info2, info3)
+}
+
+/// AMKD-3606-070: channel 2 has seen the FSoE watchdog expire (AMK-FSOE-06).
+const FSOE_WATCHDOG: ErrorCode = ErrorCode::amk(3606, 70, 6, 4);
+
+/// AMKD-FSM-01.
+pub fn watch_bus(events: &Events, ledger: &mut Ledger) {
+    if events.has_timed_out {
+        ledger.raise(Entry::sto(FSOE_WATCHDOG, Cause::Live));
+    }
 }
 
 /// AMKD-3610-114: the warning numbers its position limits 3 and 4, the error 5 and 6.

@@ -9,6 +9,7 @@ use shm_schema::profile::common;
 use shm_schema::word::Word;
 
 use super::{Asked, Bits, Plan};
+use crate::bus::Events;
 use crate::engine::bank::Bank;
 use crate::engine::record::Breach;
 use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, Range, SECOND_NS, Slope, Spec};
@@ -39,7 +40,9 @@ mod sme {
     pub const SMS_NEGATIVE: u32 = 0x0B5;
     pub const RESOLVER: u32 = 0x0CC;
     pub const UNEXPECTED_STO: u32 = 0x0D4;
+    pub const INTEGRITY: u32 = 0x147;
     pub const RESERVED_BIT: u32 = 0x152;
+    pub const TIMEOUT: u32 = 0x153;
     pub const SS1_UNUSED: u32 = 0x156;
     pub const SLS_UNUSED: u32 = 0x157;
     pub const SMS_UNUSED: u32 = 0x158;
@@ -123,6 +126,7 @@ fn bits() -> Bits {
         acknowledge: control::SAFETY_RESET,
         sto_active: status::STO,
         error: status::SAFETY_ERROR,
+        either: Word::from_u32(1 << status::SAFETY_ERROR | 1 << status::RESTART_REQUIRED),
         ..Bits::NONE
     }
 }
@@ -206,6 +210,14 @@ pub const fn code(spec: &Spec, breach: Breach) -> ErrorCode {
         }
         (id, _) => id,
     })
+}
+
+/// ATV-PSF-17: class 2, STO until a Safety Reset in a standing connection.
+pub fn watch_bus(events: &Events, ledger: &mut Ledger) {
+    let seen = [(events.is_corrupt, sme::INTEGRITY), (events.has_timed_out, sme::TIMEOUT)];
+    for (_, number) in seen.into_iter().filter(|(is_seen, _)| *is_seen) {
+        ledger.raise(Entry::sto(ErrorCode::single(number), Cause::Live));
+    }
 }
 
 /// SME number of a fault of the channel itself.

@@ -81,8 +81,10 @@ pub fn build(image: &Image<'_>) -> Plan {
             NO_BIT
         },
         low: Word::ZERO.with(control::STO, true),
+        either: combined_by_or(image),
         ..Bits::NONE
     };
+    plan.words = (octets(image, common::CONTROL_WORD), octets(image, common::STATUS_WORD));
     let mut builder = Builder { image, plan, places: [(0, 0); crate::engine::stops::STOPS_MAX] };
     builder.each(Builder::add_stop);
     builder.each(Builder::add_monitor);
@@ -98,6 +100,26 @@ pub fn build(image: &Image<'_>) -> Plan {
 fn needs_any_restart(image: &Image<'_>) -> bool {
     let mut keys = image.entries().map(|(key, _)| key >> 16);
     keys.any(|function| function == etg::SS2)
+}
+
+/// Errors, movements and the request to the operator (DEC-25, DEC-41).
+fn combined_by_or(image: &Image<'_>) -> Word {
+    let fixed = [status::ERROR, status::SDIP, status::SDIN, status::RESTART_ACKNOWLEDGE_REQUEST];
+    let mut word = fixed.into_iter().fold(Word::ZERO, |word, bit| word.with(bit, true));
+    for (key, value) in image.entries() {
+        let bit = key.wrapping_sub(common::STATUS_WORD);
+        if bit < 256 {
+            word = word.with(bit as u8, (value as u32) >> 8 == etg::SDI);
+        }
+    }
+    word
+}
+
+/// Octets up to the last bit that `[words]` assigns from `base` on, four at least (DEC-41).
+fn octets(image: &Image<'_>, base: u32) -> u8 {
+    let bits = image.entries().map(|(key, _)| key.wrapping_sub(base)).filter(|bit| *bit < 256);
+    let last = bits.max().unwrap_or(0);
+    (last >> 3).saturating_add(1).clamp(4, 32) as u8
 }
 
 struct Builder<'a> {

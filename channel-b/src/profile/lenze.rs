@@ -8,6 +8,7 @@ use shm_schema::profile::lenze_key;
 use shm_schema::word::Word;
 
 use super::{Asked, Bits, Plan};
+use crate::bus::Events;
 use crate::engine::bank::Bank;
 use crate::engine::record::Breach;
 use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, RPM, Range, Reaction, Slope, Spec};
@@ -30,6 +31,8 @@ mod asked {
 
 /// Message numbers (LNZ-ERR).
 mod message {
+    pub const BUS_CORRUPT: u32 = 34;
+    pub const BUS_TIMEOUT: u32 = 35;
     pub const DISCREPANCY: u32 = 49;
     pub const STOPPING_TIME: u32 = 97;
     pub const SLS: u32 = 98;
@@ -101,6 +104,7 @@ fn bits() -> Bits {
         restart: control::PS_AIS,
         sto_active: status::STO_ACTIVE,
         error: status::ERROR_ACTIVE,
+        either: Word::from_u32(1 << status::ERROR_ACTIVE),
         ..Bits::NONE
     }
 }
@@ -242,6 +246,19 @@ pub const fn code(spec: &Spec, breach: Breach) -> ErrorCode {
         Breach::Above(_) | Breach::Below(_) if is_stop => message::SOS,
         _ => spec.id,
     })
+}
+
+/// LNZ-BUS-13, LNZ-BUS-14, LNZ-BUS-17: messages without error status; the passivated data are
+/// the stop, and nothing has to be acknowledged.
+pub fn watch_bus(events: &Events, ledger: &mut Ledger) {
+    let seen = [
+        (events.is_corrupt, message::BUS_CORRUPT),
+        (events.has_timed_out, message::BUS_TIMEOUT),
+        (events.parameter_fault.is_some(), u32::from(events.parameter_fault.unwrap_or(0))),
+    ];
+    for (_, number) in seen.into_iter().filter(|(is_seen, _)| *is_seen) {
+        ledger.raise(Entry::warning(ErrorCode::single(number), Cause::Passing));
+    }
 }
 
 /// Message number of a fault of the channel itself.

@@ -15,6 +15,8 @@ use shm_schema::io::PAIRS;
 use shm_schema::profile::{Profile, common};
 use shm_schema::word::Word;
 
+use crate::bus::Events;
+use crate::bus::inputs::Telegram;
 use crate::compare::Limits;
 use crate::encoder::EncoderSetup;
 use crate::engine::Motion;
@@ -24,7 +26,7 @@ use crate::engine::spec::{NO_BIT, Reaction, Spec};
 use crate::engine::stops::Stops;
 use crate::image::{Flaw, Image};
 use crate::inputs::LineSetup;
-use crate::ledger::Ledger;
+use crate::ledger::{Cause, Entry, Ledger};
 
 /// Step of the fault tolerance time, ns (DEC-20).
 const TOLERANCE_STEP_NS: u64 = 15_000_000;
@@ -42,6 +44,8 @@ pub struct Plan {
     pub stops: Stops,
     /// Bits of the words.
     pub bits: Bits,
+    /// Octets of control and status word on the black channel, where the set says (DEC-41).
+    pub words: (u8, u8),
     /// Encoder to evaluate.
     pub encoder: EncoderSetup,
     /// An encoder is evaluated at all.
@@ -87,6 +91,9 @@ pub struct Bits {
     pub inputs: u8,
     /// Pairs shown in the status.
     pub pairs: u8,
+    /// Status bits that are 1 when either channel says so: errors, movements, requests to the
+    /// operator (DEC-25). All others need both.
+    pub either: Word,
 }
 
 impl Bits {
@@ -103,6 +110,7 @@ impl Bits {
         valid: NO_BIT,
         inputs: NO_BIT,
         pairs: 0,
+        either: Word::ZERO,
     };
 }
 
@@ -158,6 +166,7 @@ impl Plan {
             bank: Bank::new(),
             stops: Stops::new(),
             bits: Bits::NONE,
+            words: (4, 4),
             encoder: EncoderSetup {
                 slot: None,
                 kind: None,
@@ -208,6 +217,11 @@ impl Plan {
         let slot = image.value(common::ENCODER_B, 1);
         self.encoder.slot = Some(u8::from(slot == 2));
         self.encoder.periods = image.value(common::PERIODS_PER_REVOLUTION, 1024).max(1).unsigned_abs();
+    }
+
+    /// What travels on the black channel.
+    pub fn telegram(&self) -> Telegram {
+        Telegram::new(self.profile, self.words, self.bits.either, self.position_difference)
     }
 
     /// Limits of the comparison for a cycle of `cycle_ns`.
@@ -264,6 +278,22 @@ impl Logic {
             Self::Lenze(_) => lenze::code(spec, breach),
             Self::Atv(_) => atv::code(spec, breach),
             Self::None => ErrorCode::single(1),
+        }
+    }
+
+    /// What the profile says about its black channel. Torque is off by the zeros that its
+    /// control word reads then (DEC-18); some profiles want an acknowledge besides.
+    pub fn watch_bus(&self, events: &Events, ledger: &mut Ledger) {
+        match self {
+            Self::Amk(_) => amk::watch_bus(events, ledger),
+            Self::Lenze(_) => lenze::watch_bus(events, ledger),
+            Self::Atv(_) => atv::watch_bus(events, ledger),
+            // ETG-ERR-03 names no error of the communication.
+            Self::Etg(_) | Self::None => {}
+        }
+        if events.is_damaged {
+            let code = self.internal(ErrorCode::amk(3606, 70, 4, 5));
+            ledger.raise(Entry::sto(code, Cause::Live));
         }
     }
 

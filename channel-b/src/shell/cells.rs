@@ -13,6 +13,7 @@ use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 use shm_schema::agreement::Agreement;
+use shm_schema::answer::Answer;
 use shm_schema::cell::{Header, Kind, Payload, seal};
 use shm_schema::command::{Command, CommandSource};
 use shm_schema::encoder::Encoder;
@@ -34,7 +35,7 @@ const WALK: usize = 64;
 
 const READ: [Kind; 6] =
     [Kind::Encoder, Kind::Io, Kind::Command, Kind::ReportA, Kind::Agreement, Kind::Readback];
-const WRITTEN: [Kind; 2] = [Kind::ReportB, Kind::InhibitB];
+const WRITTEN: [Kind; 3] = [Kind::ReportB, Kind::InhibitB, Kind::AnswerB];
 
 /// All axes, and what their cells live in.
 #[allow(clippy::struct_field_names, reason = "the axes are what it is about")]
@@ -64,6 +65,7 @@ pub struct Axis {
     readback: Input<{ Readback::CELL }>,
     report: Output<{ Report::CELL }>,
     inhibit: Output<{ Inhibit::CELL }>,
+    answer: Output<{ Answer::CELL }>,
 }
 
 /// Opens what the supervisor created. A half-created domain can hang the library for ever,
@@ -159,7 +161,7 @@ impl Opening {
         let [encoder, io, command, partner, agreement, readback] = readers else {
             return Err(Trouble::new("readers", "one for each kind"));
         };
-        let [report, inhibit] = writers else {
+        let [report, inhibit, answer] = writers else {
             return Err(Trouble::new("writers", "one for each kind"));
         };
         let place = Place { axis, nonce: self.nonce, crc: fastest() };
@@ -178,6 +180,7 @@ impl Opening {
             readback: place.input(readback, Kind::Readback)?,
             report: place.output(report, Kind::ReportB)?,
             inhibit: place.output(inhibit, Kind::InhibitB)?,
+            answer: place.output(answer, Kind::AnswerB)?,
         })
     }
 }
@@ -234,6 +237,9 @@ impl Axis {
         // The path first: nothing may delay it.
         self.inhibit.publish(&outputs.inhibit, now_ns);
         let crc32 = self.report.publish(&outputs.report, now_ns);
+        if let Some(answer) = &outputs.answer {
+            self.answer.publish(answer, now_ns);
+        }
         self.published = Some(Published { exchange: outputs.report.exchange, crc32 });
     }
 

@@ -10,7 +10,7 @@ mod steps;
 mod verdict;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use super::answer::{Answer, LastImage};
 use super::division::frame_digest;
@@ -43,7 +43,7 @@ pub struct Config<'a> {
 }
 
 /// FSoE slave of one connection.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Slave {
     memory: Mirrored<Memory, 6>,
     outputs: MirroredOctets<LARGEST_DATA>,

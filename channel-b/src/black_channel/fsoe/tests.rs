@@ -3,9 +3,9 @@
 extern crate std;
 
 mod faults;
-mod master;
+pub(crate) mod master;
 mod matrix;
-mod traces;
+pub(crate) mod traces;
 
 use std::vec::Vec;
 
@@ -106,7 +106,7 @@ fn a_repeated_first_check_sum_is_avoided_by_the_master_and_expected_by_the_slave
     let config = config(2, 2);
     let (mut slave, mut master) = brought_to(&config, Place::Data);
     let data = master.colliding_data(0x36);
-    let mut careless = slave.clone();
+    let mut careless = slave;
     let frame = master.without_collision_rule(0x36, &data);
     assert!(is_reset_with(&receive(&mut careless, &frame, 0, None), 4));
     let answer = receive(&mut slave, &master.next(0x36, &data), 0, None);

@@ -8,7 +8,7 @@ mod parameters;
 mod telegram;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use super::answer::{Answer, LastImage};
 use super::division::frame_digest;
@@ -33,7 +33,7 @@ pub struct Config<'a> {
 }
 
 /// F-Device of one F-address.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Device {
     memory: Mirrored<Memory, 3>,
     outputs: MirroredOctets<LARGEST_DATA>,

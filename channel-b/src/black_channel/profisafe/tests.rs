@@ -16,7 +16,7 @@ use super::{Config, Device, ParameterFault};
 
 const MILLISECOND: u64 = 1_000_000;
 /// Last row of black-channel 9.1: address 7, watchdog 100 ms.
-const BLOCK: [u8; 10] = [0x08, 0x40, 0, 1, 0, 7, 0, 0x64, 0x70, 0x22];
+pub(crate) const BLOCK: [u8; 10] = [0x08, 0x40, 0, 1, 0, 7, 0, 0x64, 0x70, 0x22];
 const CHECK_1: u16 = 0x7022;
 const OUTPUTS: [u8; 4] = [0x11, 0x12, 0x13, 0x14];
 const INPUTS: [u8; 4] = [0xA1, 0xA2, 0xA3, 0xA4];
@@ -34,9 +34,14 @@ fn device() -> Device {
 }
 
 /// A telegram of the host.
-fn telegram(number: u32, control: u8, data: &[u8]) -> Vec<u8> {
+pub(crate) fn telegram(number: u32, control: u8, data: &[u8]) -> Vec<u8> {
+    telegram_of(4, number, control, data)
+}
+
+/// A telegram with `length` octets of data.
+pub(crate) fn telegram_of(length: usize, number: u32, control: u8, data: &[u8]) -> Vec<u8> {
     let mut answer = Answer::empty();
-    compose(&mut answer, (CHECK_1, number), control, data, 4);
+    compose(&mut answer, (CHECK_1, number), control, data, length);
     answer.octets().to_vec()
 }
 

@@ -76,7 +76,7 @@ impl Master {
         self.outputs.min(self.inputs)
     }
 
-    pub fn frame(&self, command: u8, link: Link, data: &[u8]) -> Vec<u8> {
+    pub(in crate::black_channel::fsoe) fn frame(&self, command: u8, link: Link, data: &[u8]) -> Vec<u8> {
         let size = DataSize::new(self.outputs).expect("valid size");
         let mut answer = Answer::empty();
         let data = data.iter().copied();

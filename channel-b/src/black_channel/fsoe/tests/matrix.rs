@@ -51,7 +51,7 @@ fn a_session_frame_that_is_not_fresh_is_an_invalid_command_once_the_ids_are_comp
         let spoilt_fresh = spoilt(master.frame(0x4E, Link::ORIGIN, &[0x77]));
         let chains = [second, inheriting, identified].map(|link| master.frame(0x4E, link, &[0x77]));
         for frame in chains.into_iter().chain([spoilt_fresh]) {
-            let mut slave = slave.clone();
+            let mut slave = slave;
             let answer = receive(&mut slave, &frame, 0, None);
             assert!(is_reset_with(&answer, expected), "{place:?}: {answer:02X?}");
             assert_eq!((slave.state(), slave.outputs()), (State::Reset, &[0][..]));
@@ -273,7 +273,7 @@ fn reset_and_session_frames_with_a_connection_id_are_refused() {
     let (mut slave, master) = brought_to(&config(1, 1), Place::Data);
     let link = Link { connection_id: 0x1234, ..Link::ORIGIN };
     for (command, code) in [(0x2A, 4), (0x4E, 1)] {
-        let mut slave = slave.clone();
+        let mut slave = slave;
         let frame = master.frame(command, link, &[0]);
         assert!(is_reset_with(&receive(&mut slave, &frame, 0, None), code));
     }

@@ -109,7 +109,7 @@ fn every_single_bit_flip_of_a_session_is_refused() {
         }
         let right = octets(TRACE_A[place].0);
         for bit in 0..right.len() * 8 {
-            let mut slave = before.clone();
+            let mut slave = before;
             let mut wrong = right.clone();
             wrong[bit / 8] ^= 1 << (bit % 8);
             let answer = receive(&mut slave, &wrong, 0, Some(&INPUTS_A));

@@ -101,7 +101,7 @@ fn the_first_right_telegram_is_an_edge_with_number_0_without_toggle_too() {
     let answer = receive(&mut device, &telegram(0, FAIL_SAFE, &[]), 0);
     expect(&answer, 0, FAIL_SAFE, &[]);
     assert!(advance(&mut device, 99).is_empty());
-    let mut late = device.clone();
+    let mut late = device;
     expect(&advance(&mut late, 100), 0, TIMED_OUT | FAIL_SAFE, &[]);
     let answer = receive(&mut device, &telegram(1, TOGGLE, &OUTPUTS), 99);
     expect(&answer, 1, TOGGLE, &INPUTS);
@@ -138,7 +138,7 @@ fn fail_safe_values_wished_without_edge_wait_for_the_next_number() {
     let answer = receive(&mut device, &telegram(3, toggle(3) | FAIL_SAFE, &[9, 8, 7, 6]), 60);
     expect(&answer, 3, 0, &INPUTS);
     assert_eq!(device.outputs(), [9, 8, 7, 6]);
-    let mut silent = device.clone();
+    let mut silent = device;
     expect(&advance(&mut silent, 100), 3, TIMED_OUT | FAIL_SAFE, &[]);
     assert_eq!(silent.outputs(), [0; 4]);
     let answer = receive(&mut device, &telegram(4, toggle(4) | FAIL_SAFE, &OUTPUTS), 60);

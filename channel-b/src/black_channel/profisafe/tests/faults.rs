@@ -113,7 +113,7 @@ fn every_single_bit_flip_of_an_exchange_is_refused() {
     ];
     for (before, right) in before.iter().zip(&right) {
         for bit in 0..right.len() * 8 {
-            let mut device = before.clone();
+            let mut device = *before;
             let mut wrong = right.clone();
             wrong[bit / 8] ^= 1 << (bit % 8);
             let answer = receive(&mut device, &wrong, 0);
