@@ -1,8 +1,9 @@
 //! Which differences between the two channels last too long (DEC-21): every bit of every
 //! item has its own timer, which restarts as soon as the bit agrees again.
 
-/// 32-bit parts compared: status, requests, then inputs and acknowledgements.
-pub const PARTS: usize = 18;
+/// 32-bit parts compared: status, requests, then inputs, acknowledgements, session id and
+/// digest of the last frame.
+pub const PARTS: usize = 20;
 /// The first of them: the status word.
 pub const STATUS_PARTS: usize = 8;
 

@@ -16,6 +16,7 @@
 extern crate std;
 
 pub mod black_channel;
+mod bus;
 mod clock;
 mod compare;
 mod crc32;

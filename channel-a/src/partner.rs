@@ -43,6 +43,10 @@ pub struct Own {
     pub inputs: u32,
     /// Acknowledge levels.
     pub acknowledgements: u32,
+    /// Session id of the black channel.
+    pub session_id: u16,
+    /// Digest of its last frame.
+    pub frame_digest: u32,
     /// Increments.
     pub position: i64,
     /// 1/1000 rpm.
@@ -81,6 +85,25 @@ impl Findings {
     }
 }
 
+/// What of the partner's newest report leaves the controller.
+#[derive(Debug, Clone, Copy, Default)]
+struct Told {
+    exchange: u64,
+    status: Word,
+    speed_mrpm: i32,
+}
+
+/// Two reports of one exchange, still to be combined (DEC-25).
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    /// Status words, the own one first.
+    pub status: [Word; 2],
+    /// Position of A, increments.
+    pub position: i64,
+    /// The speed further from zero, 1/1000 rpm.
+    pub speed_mrpm: i32,
+}
+
 /// What of the newest agreement counts here.
 #[derive(Debug, Clone, Copy, Default)]
 struct Heard {
@@ -115,6 +138,7 @@ pub struct Partner {
     pub exchange: u64,
     /// The partner's path was refreshed as of its last report.
     pub driving: bool,
+    told: Option<Told>,
     agreement: Heard,
     echoed: bool,
     sequence: u64,
@@ -145,6 +169,7 @@ impl Partner {
             found: Findings::default(),
             exchange: 0,
             driving: false,
+            told: None,
             agreement: Heard::default(),
             echoed: false,
             sequence: 0,
@@ -164,6 +189,19 @@ impl Partner {
         let (newer, older) = self.own.split_at_checked(self.newest_own.wrapping_add(1) % KEPT)?;
         let mut backwards = newer.iter().rev().chain(older.iter().rev());
         backwards.find(|own| own.exchange == exchange).copied()
+    }
+
+    /// Both reports of `exchange`, as long as both are held.
+    pub fn pair_of(&self, exchange: u64) -> Option<Pair> {
+        let told = self.told.filter(|told| told.exchange == exchange)?;
+        let own = self.own_of(exchange)?;
+        let own_mrpm = own.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+        let further = told.speed_mrpm.unsigned_abs() > own_mrpm.unsigned_abs();
+        Some(Pair {
+            status: [own.status, told.status],
+            position: own.position,
+            speed_mrpm: if further { told.speed_mrpm } else { own_mrpm },
+        })
     }
 
     /// Keeps what the shell published.
@@ -215,6 +253,8 @@ impl Partner {
         let other_set = report.parameter_signature != self.signature;
         self.found.identity = other_build | other_flow | other_set;
         self.exchange = report.exchange;
+        let Report { exchange, status, speed_mrpm, .. } = *report;
+        self.told = Some(Told { exchange, status, speed_mrpm });
         let Some(own) = self.own_of(report.exchange) else { return };
         let apart = own.position.saturating_sub(report.position).saturating_abs();
         self.found.position = apart > self.tolerance.position;
@@ -226,7 +266,8 @@ impl Partner {
     fn states(&mut self, own: &Own, report: &Report, now_ns: u64) {
         let words_agree = (own.status == report.status) & (own.requested == report.requested);
         let levels_agree = (own.inputs, own.acknowledgements) == (report.inputs, report.acknowledgements);
-        if words_agree & levels_agree {
+        let frames_agree = (own.session_id, own.frame_digest) == (report.session_id, report.frame_digest);
+        if words_agree & levels_agree & frames_agree {
             self.differences.clear();
             return;
         }
@@ -296,7 +337,13 @@ fn masks(own: &Own, report: &Report) -> [u32; PARTS] {
     let mut masks = [0; PARTS];
     let words = own.status.0.iter().zip(&report.status.0);
     let requests = own.requested.0.iter().zip(&report.requested.0);
-    let single = [(&own.inputs, &report.inputs), (&own.acknowledgements, &report.acknowledgements)];
+    let sessions = (u32::from(own.session_id), u32::from(report.session_id));
+    let single = [
+        (&own.inputs, &report.inputs),
+        (&own.acknowledgements, &report.acknowledgements),
+        (&sessions.0, &sessions.1),
+        (&own.frame_digest, &report.frame_digest),
+    ];
     let pairs = words.chain(requests).chain(single);
     for (mask, (own, other)) in masks.iter_mut().zip(pairs) {
         *mask = own ^ other;

@@ -64,7 +64,7 @@ impl Domain {
         let services = create!(
             Encoder: Encoder, Io: shm_schema::io::Io, Command: shm_schema::command::Command,
             ReportA: Report, ReportB: Report, Agreement: shm_schema::agreement::Agreement,
-            Readback: shm_schema::inhibit::Readback, InhibitA: Inhibit
+            Readback: shm_schema::inhibit::Readback, InhibitA: Inhibit, AnswerA: shm_schema::answer::Answer
         );
         Self { folder, prefix, services, _node: node }
     }

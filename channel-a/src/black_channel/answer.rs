@@ -113,6 +113,7 @@ pub struct LengthFault {
 
 /// The process image that came last, and its digest. An identical image is no
 /// event (black-channel.md 3.2).
+#[derive(Clone, Debug)]
 pub(super) struct Image {
     octets: [u8; MAX_FRAME],
     seen: bool,
@@ -149,7 +150,7 @@ impl Image {
 }
 
 /// Safe data of one direction in a buffer of fixed size.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Data {
     octets: [u8; MAX_DATA],
     length: usize,

@@ -18,6 +18,9 @@ mod profisafe;
 mod tests;
 
 pub use answer::{Answer, LengthFault, MAX_DATA, MAX_FRAME};
+#[cfg(test)]
+pub(crate) use fsoe::tests::Master as TestMaster;
+
 pub use crc::{frame_digest, parameter_signature};
 pub use fsoe::{FsoeConfig, FsoeSlave, MAX_APPLICATION_PARAMETERS, ResetCode, State};
 pub use profisafe::{
@@ -53,6 +56,7 @@ pub enum Config<'a> {
 /// The black-channel slave of this channel.
 // One slave lives for the whole run in a fixed place; there is no allocator.
 #[allow(clippy::large_enum_variant)]
+#[derive(Clone, Debug)]
 pub enum Slave {
     /// FSoE slave.
     Fsoe(FsoeSlave),

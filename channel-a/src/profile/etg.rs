@@ -7,14 +7,12 @@ use shm_schema::facts::etg_6100_2::{control, status};
 use shm_schema::profile::{common, etg_key};
 use shm_schema::word::Word;
 
-use super::{Fault, Outside, Program, Requests, Rules, State};
+use super::{Outside, Program, Requests, Rules, State};
 use crate::engine::Range;
 use crate::engine::approach::{Approach, Slope};
 use crate::engine::stop::{self, Active, Demand, End, Reaction, STOPS};
-use crate::engine::watch::{Plan, Quantity, Violation};
-use crate::errors::Class;
+use crate::engine::watch::{Plan, Quantity};
 use crate::image::Image;
-use crate::partner::Findings;
 
 const RPM: i64 = 1_000;
 /// Requests the watches can have; the places behind are the modes of SDI.
@@ -685,29 +683,6 @@ impl Etg {
     pub fn drive(&self, state: &State) -> DriveRequest {
         DriveRequest { brake_open: self.brake_open(state), ..DriveRequest::default() }
     }
-}
-
-/// ETG has no code numbers: these only tell errors apart and are not listed.
-pub fn watch_code(plan: &Plan, violation: Violation) -> (ErrorCode, Class) {
-    let class = if plan.reaction == Reaction::None { Class::Notice } else { Class::Limit };
-    let code = ErrorCode { code: 1, info1: u32::from(plan.function), info2: violation.part as u32, info3: 0 };
-    (code, class)
-}
-
-/// As [`watch_code`].
-pub fn stop_code(violation: stop::Violation) -> (ErrorCode, Class) {
-    let info2 = violation.part as u32;
-    (ErrorCode { code: 1, info1: u32::from(violation.function), info2, info3: 0 }, Class::Limit)
-}
-
-/// As [`watch_code`].
-pub fn fault_code(fault: Fault) -> (ErrorCode, Class) {
-    super::plain_fault(fault)
-}
-
-/// As [`watch_code`].
-pub fn difference_codes(found: &Findings, raise: &mut dyn FnMut(ErrorCode, Class)) {
-    super::plain_differences(found, raise);
 }
 
 /// Rules between objects (ETG-SS1-09 and its like, DEC-20, DEC-31).

@@ -7,9 +7,11 @@ mod atv;
 mod atv_sls;
 mod contacts;
 mod etg;
+mod etg_codes;
 mod lenze;
 mod pulse;
 mod sem;
+mod telegram;
 
 use shm_schema::drive::DriveRequest;
 use shm_schema::error::ErrorCode;
@@ -17,6 +19,7 @@ use shm_schema::io::Io;
 use shm_schema::profile::{Profile, common};
 use shm_schema::word::Word;
 
+use crate::bus::BusFault;
 use crate::encoder::{Fault as EncoderFault, Selection};
 use crate::engine::Sample;
 use crate::engine::stop::{self, Demand, Stops};
@@ -27,6 +30,7 @@ use crate::partner::{Findings, Tolerance};
 use crate::path::PathFault;
 
 pub use sem::Sem;
+pub use telegram::Telegram;
 
 /// Instances one axis can have.
 pub const WATCHES: usize = 48;
@@ -161,6 +165,10 @@ pub struct Program {
     pub stops: Stops,
     /// What the partner may differ by.
     pub tolerance: Tolerance,
+    /// Profile.
+    pub profile: Profile,
+    /// Process data on the black channel.
+    pub telegram: Telegram,
     /// The encoder.
     pub encoder: Selection,
     /// Supervision of standstill, where the profile has it.
@@ -195,6 +203,8 @@ impl Program {
             used: 0,
             stops: Stops::default(),
             tolerance: Tolerance::default(),
+            profile: Profile::None,
+            telegram: Telegram::NONE,
             encoder: Selection { kind: None, slot: 1, periods: 1 },
             sem: None,
             rules: Rules::Refused,
@@ -205,6 +215,8 @@ impl Program {
     pub fn build(image: &Image) -> Self {
         let mut program = Self::refused();
         program.signature = image.signature;
+        program.profile = image.profile;
+        program.telegram = Telegram::of(image);
         match image.profile {
             Profile::AmkKw => amk::build(image, &mut program),
             Profile::Etg61002 => etg::build(image, &mut program),
@@ -288,7 +300,7 @@ impl Rules {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(_) => amk::watch_code(plan, violation),
-            Self::Etg(_) => etg::watch_code(plan, violation),
+            Self::Etg(_) => etg_codes::watch_code(plan, violation),
             Self::Lenze(_) => lenze::watch_code(plan, violation),
             Self::Atv(_) => atv::watch_code(violation),
         }
@@ -299,7 +311,7 @@ impl Rules {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(_) => amk::stop_code(violation),
-            Self::Etg(_) => etg::stop_code(violation),
+            Self::Etg(_) => etg_codes::stop_code(violation),
             Self::Lenze(_) => lenze::stop_code(violation),
             Self::Atv(atv) => atv.stop_code(),
         }
@@ -310,9 +322,22 @@ impl Rules {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(amk) => amk.fault_code(fault),
-            Self::Etg(_) => etg::fault_code(fault),
+            Self::Etg(_) => etg_codes::fault_code(fault),
             Self::Lenze(lenze) => lenze.fault_code(fault),
             Self::Atv(atv) => atv.fault_code(fault),
+        }
+    }
+
+    /// Code and class of a disturbed black channel. ETG has none, and in Lenze it is no error
+    /// state (LNZ-BUS-14): the zeros that the functions then see are all that follows.
+    pub const fn bus_code(&self, fault: BusFault) -> Option<(ErrorCode, Class)> {
+        match (self, fault) {
+            // AMK-FSOE-06: Info2 6 the watchdog, Info3 3 channel 1; FSoE has no other row.
+            (Self::Amk(_), _) => Some((ErrorCode::amk(3606, 70, 6, 3), Class::Cause)),
+            // ATV-PSF-17
+            (Self::Atv(_), BusFault::Integrity) => Some((ErrorCode::single(0x147), Class::Cause)),
+            (Self::Atv(_), BusFault::Watchdog) => Some((ErrorCode::single(0x153), Class::Cause)),
+            _ => None,
         }
     }
 
@@ -321,7 +346,7 @@ impl Rules {
         match self {
             Self::Refused => {}
             Self::Amk(_) => amk::difference_codes(found, raise),
-            Self::Etg(_) => etg::difference_codes(found, raise),
+            Self::Etg(_) => etg_codes::difference_codes(found, raise),
             Self::Lenze(_) => lenze::difference_codes(found, raise),
             Self::Atv(_) => atv::difference_codes(found, raise),
         }
@@ -343,11 +368,6 @@ impl Rules {
             Self::Atv(atv) => atv.respond(scene),
             _ => Response::NOTHING,
         }
-    }
-
-    /// Whether the profile has code numbers that a report can list; the generic one has none.
-    pub fn lists_codes(&self) -> bool {
-        !matches!(self, Self::Etg(_))
     }
 }
 
@@ -389,33 +409,6 @@ pub(crate) fn edge(armed: &mut bool, level: Option<bool>) -> bool {
     let rises = *armed & (level == Some(true));
     *armed = level == Some(false);
     rises
-}
-
-/// Class of a general fault, with a number that only tells it from the others.
-pub fn plain_fault(fault: Fault) -> (ErrorCode, Class) {
-    let (number, class) = match fault {
-        Fault::Encoder(fault) => (16 + fault as u32, Class::Cause),
-        Fault::EncoderStale => (1, Class::Cause),
-        Fault::PartnerLost => (2, Class::Cause),
-        Fault::Position => (3, Class::Cause),
-        Fault::Speed => (4, Class::Cause),
-        Fault::Identity => (5, Class::Cause),
-        Fault::Clock => (6, Class::Restart),
-        Fault::OwnPath(_) => (7, Class::Cause),
-        Fault::PartnerPath(_) => (8, Class::Cause),
-        Fault::Dormant => (9, Class::StandingWarning),
-        Fault::Image => (10, Class::Restart),
-        Fault::Overrun => (11, Class::Cause),
-    };
-    (ErrorCode { code: 2, info1: number, info2: 0, info3: 0 }, class)
-}
-
-/// One error for everything that differed from the partner for too long.
-pub fn plain_differences(found: &Findings, raise: &mut dyn FnMut(ErrorCode, Class)) {
-    let differs = (found.status | found.inputs) != 0;
-    if differs | found.other {
-        raise(ErrorCode { code: 2, info1: 12, info2: 0, info3: 0 }, Class::Cause);
-    }
 }
 
 /// The common parameters lie in their ranges (DEC-20, DEC-50); a factor out of range is

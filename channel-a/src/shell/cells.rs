@@ -12,6 +12,7 @@ use iceoryx2::prelude::{
 };
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 use shm_schema::agreement::Agreement;
+use shm_schema::answer::Answer;
 use shm_schema::cell::{Header, Kind, Payload, seal};
 use shm_schema::command::Command;
 use shm_schema::encoder::Encoder;
@@ -28,7 +29,7 @@ type Ipc = ipc::Service;
 const RETRY: Duration = Duration::from_millis(5);
 const READ: [Kind; 6] =
     [Kind::Encoder, Kind::Io, Kind::Command, Kind::ReportB, Kind::Agreement, Kind::Readback];
-const WRITTEN: [Kind; 2] = [Kind::ReportA, Kind::InhibitA];
+const WRITTEN: [Kind; 3] = [Kind::ReportA, Kind::InhibitA, Kind::AnswerA];
 
 /// A payload whose cell is an array of octets.
 pub trait Cell: Payload {
@@ -46,7 +47,7 @@ macro_rules! cells {
         }
     )*};
 }
-cells!(Encoder, Io, Command, Report, Agreement, Readback, Inhibit);
+cells!(Encoder, Io, Command, Report, Agreement, Readback, Inhibit, Answer);
 
 /// A cell that is read.
 pub struct Input<T: Cell> {
@@ -102,6 +103,8 @@ pub struct Axis {
     pub report: Output<Report>,
     /// Own path, as a cell.
     pub inhibit: Output<Inhibit>,
+    /// Answer on the black channel.
+    pub answer: Output<Answer>,
     /// Own path, as a line.
     pub line: Line,
 }
@@ -163,10 +166,10 @@ impl Domain {
     /// What could not be opened.
     pub fn axes(self, options: &Options, monitors: Vec<Monitor>, lines: Vec<Line>) -> Result<Axes, String> {
         let [encoder, io, command, partner, agreement, readback] = READ.map(|kind| self.reader(kind));
-        let [report, inhibit] = WRITTEN.map(|kind| self.writer(kind));
+        let [report, inhibit, answer] = WRITTEN.map(|kind| self.writer(kind));
         let (encoder, io, command) = (encoder?, io?, command?);
         let (partner, agreement, readback) = (partner?, agreement?, readback?);
-        let (report, inhibit) = (report?, inhibit?);
+        let (report, inhibit, answer) = (report?, inhibit?, answer?);
         let mut each = Vec::with_capacity(monitors.len());
         for ((number, monitor), line) in options.axes.iter().zip(monitors).zip(lines) {
             let place = Place { axis: *number, nonce: options.nonce };
@@ -180,13 +183,14 @@ impl Domain {
                 readback: place.input(&readback, Kind::Readback)?,
                 report: place.output(&report, Kind::ReportA)?,
                 inhibit: place.output(&inhibit, Kind::InhibitA)?,
+                answer: place.output(&answer, Kind::AnswerA)?,
                 line,
             });
         }
         Ok(Axes {
             each,
             _readers: vec![encoder, io, command, partner, agreement, readback],
-            _writers: vec![report, inhibit],
+            _writers: vec![report, inhibit, answer],
             _domain: self,
         })
     }

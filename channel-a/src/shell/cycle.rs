@@ -81,6 +81,9 @@ impl Seat {
         axis.inhibit.publish(&outputs.inhibit, now_ns);
         self.edges = outputs.inhibit.edges;
         let crc32 = axis.report.publish(&outputs.report, now_ns);
+        if let Some(answer) = &outputs.answer {
+            axis.answer.publish(answer, now_ns);
+        }
         self.published = Some(Published { exchange: outputs.report.exchange, crc32 });
     }
 }

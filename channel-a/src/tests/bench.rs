@@ -3,7 +3,7 @@
 use std::vec::Vec;
 
 use shm_schema::agreement::{Agreement, Echo, PathTest};
-use shm_schema::command::{Command, CommandSource};
+use shm_schema::command::{Command, CommandSource, Frame};
 use shm_schema::encoder::{Encoder, Slot, SlotKind};
 use shm_schema::exchange::{CellFault, Inputs, Motion, Outputs, Published, Sampled, Setup, Start};
 use shm_schema::image::{MAGIC, VERSION};
@@ -69,6 +69,8 @@ pub struct Bench {
     pub command_alive: bool,
     pub agreement: Agreement,
     pub readback: Readback,
+    /// In place of the plain command.
+    pub command: Option<Command>,
     pub torque_ppm: i32,
     pub drive_n0: bool,
     pub acceleration: Option<i64>,
@@ -107,6 +109,7 @@ impl Bench {
             command_alive: true,
             agreement: Agreement { permit: true, path_test: PathTest::None, ..Agreement::default() },
             readback: Readback::default(),
+            command: None,
             torque_ppm: 0,
             drive_n0: false,
             acceleration: None,
@@ -157,6 +160,7 @@ impl Bench {
             word: Word::from_u32(self.word),
             ..Command::default()
         };
+        let command = self.command.unwrap_or(command);
         let own = self.last.map(|outputs| outputs.report);
         let partner = own.map(|mut report| {
             (self.partner_changes)(&mut report);
@@ -192,6 +196,21 @@ impl Bench {
             overruns: self.overruns,
             image_sound: true,
         }
+    }
+
+    /// A frame for the step `ahead` exchanges behind the next one.
+    pub fn send(&mut self, source: CommandSource, octets: &[u8], ahead: u64) {
+        let mut frame = Frame::default();
+        frame.0[..octets.len()].copy_from_slice(octets);
+        self.command = Some(Command {
+            source,
+            drive_enabled: true,
+            frame_number: self.command.map_or(0, |command| command.frame_number) + 1,
+            frame_exchange: self.k + 1 + ahead,
+            frame_length: octets.len() as u16,
+            frame,
+            ..Command::default()
+        });
     }
 
     fn sine_slot(&self) -> Slot {

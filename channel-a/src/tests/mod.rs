@@ -3,7 +3,8 @@
 mod amk_functions;
 mod amk_life;
 mod atv;
-mod bench;
+pub mod bench;
+mod bus;
 mod encoder;
 mod etg;
 mod lenze;

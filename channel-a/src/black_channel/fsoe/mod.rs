@@ -11,7 +11,7 @@ mod matrix;
 mod parameters;
 mod slave;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod wire;
 
 pub use fault::ResetCode;

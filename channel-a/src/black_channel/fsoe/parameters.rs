@@ -9,6 +9,7 @@ pub const MAX_APPLICATION_PARAMETERS: usize = 1024;
 const HEADER: usize = 6;
 
 /// What the parameters have to be.
+#[derive(Clone, Debug)]
 pub(super) struct Expected {
     application: [u8; MAX_APPLICATION_PARAMETERS],
     length: u16,
@@ -38,7 +39,7 @@ impl Expected {
 }
 
 /// What has been received of the parameters.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Collected {
     header: [u8; HEADER],
     position: usize,

@@ -16,6 +16,7 @@ pub(super) const CONNECTION_PAYLOAD: usize = 4;
 const NANOSECONDS_PER_MILLISECOND: u64 = 1_000_000;
 
 /// FSoE slave of one channel.
+#[derive(Clone, Debug)]
 pub struct FsoeSlave {
     pub(super) output_length: DataLength,
     pub(super) input_length: DataLength,

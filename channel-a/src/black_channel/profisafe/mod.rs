@@ -62,6 +62,7 @@ pub enum Communication {
 /// PROFIsafe F-Device of one channel.
 // Each flag is one bit of the protocol; an enum would hide the table of 8.3.
 #[allow(clippy::struct_excessive_bools)]
+#[derive(Clone, Debug)]
 pub struct FDevice {
     output_length: u8,
     input_length: u8,

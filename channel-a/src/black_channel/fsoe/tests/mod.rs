@@ -80,18 +80,18 @@ const fn next(number: u16) -> u16 {
 }
 
 /// The master's side of the chain.
-struct Master {
+pub(crate) struct Master {
     inherited: u16,
     send: (u16, u16),
     receive: (u16, u16),
 }
 
 impl Master {
-    const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self { inherited: 0, send: (1, 0), receive: (1, 0) }
     }
 
-    fn chained(&mut self, conn_id: u16, command: u8, data: &[u8]) -> Vec<u8> {
+    pub(crate) fn chained(&mut self, conn_id: u16, command: u8, data: &[u8]) -> Vec<u8> {
         let first = self.inherited == 0;
         let mut number = self.send.0;
         let mut frame = build(self.inherited, conn_id, number, command, data);
@@ -104,8 +104,8 @@ impl Master {
         frame
     }
 
-    /// Panics unless the frame continues the chain; returns its data.
-    fn receive(&mut self, frame: &[u8]) -> Vec<u8> {
+    /// Data and connection id of `frame` under the number and the check sums the chain asks for.
+    fn expected(&self, frame: &[u8]) -> (u16, Vec<u8>) {
         let conn_id = u16::from_le_bytes([frame[frame.len() - 2], frame[frame.len() - 1]]);
         let data = data_of(frame);
         let mut number = self.receive.0;
@@ -114,10 +114,21 @@ impl Master {
             number = next(number);
             expected = build(self.inherited, conn_id, number, frame[0], &data);
         }
+        (number, expected)
+    }
+
+    /// The whole frame of which channel A's part is `part`.
+    pub(crate) fn seal(&self, part: &[u8]) -> Vec<u8> {
+        self.expected(part).1
+    }
+
+    /// Panics unless the frame continues the chain; returns its data.
+    pub(crate) fn receive(&mut self, frame: &[u8]) -> Vec<u8> {
+        let (number, expected) = self.expected(frame);
         assert_eq!(frame, expected);
         self.receive = (next(number), crc_0(frame));
         self.inherited = crc_0(frame);
-        data
+        data_of(frame)
     }
 }
 

@@ -1,26 +1,25 @@
 //! One axis: what a step does, in which order.
 
-use shm_schema::agreement::PathTest;
+mod conclude;
+mod functions;
+
 use shm_schema::command::{Command, CommandSource};
 use shm_schema::encoder::{Encoder, SlotKind};
-use shm_schema::error::ErrorList;
 use shm_schema::exchange::{Inputs, Motion, Outputs, Sampled, Setup, Start};
-use shm_schema::inhibit::Inhibit;
 use shm_schema::io::Io;
-use shm_schema::report::{Phase, Report, Stop};
+use shm_schema::report::Phase;
 use shm_schema::wire::{DIGEST_START, digest, join};
-use shm_schema::word::Word;
 
+use crate::bus::{Field, Heard, ProcessData};
 use crate::clock::Measured;
 use crate::encoder::{Evaluation, Reading};
 use crate::engine::Sample;
-use crate::engine::stop::{Active, Reaction, STOPS};
 use crate::errors::{Class, Errors};
 use crate::fresh::{Fresh, Missed, Patience};
 use crate::image::{Image, Refusal};
-use crate::partner::{Findings, Own, Partner};
+use crate::partner::{Findings, Partner};
 use crate::path::{Follow, Path, PathFault};
-use crate::profile::{self, Fault, Outside, Program, Requests, Scene, State};
+use crate::profile::{self, Fault, Outside, Program, Requests};
 use crate::startup::{Conditions, Startup};
 
 /// Identity of this program for the release manifest (DEC-22).
@@ -48,6 +47,7 @@ pub struct Monitor {
     encoder_cell: Fresh<Encoder>,
     io_cell: Fresh<Io>,
     command_cell: Fresh<Command>,
+    field: Field,
     partner: Partner,
     path: Path,
     own_follow: Follow,
@@ -96,6 +96,7 @@ impl Monitor {
             encoder_cell: Fresh::new(),
             io_cell: Fresh::new(),
             command_cell: Fresh::new(),
+            field: Field::new(setup.bus, program.telegram),
             partner: Partner::new(program.tolerance, program.signature, setup),
             path: Path::new(setup.cycle_ns, patience),
             own_follow: Follow::new(patience),
@@ -147,7 +148,9 @@ impl Monitor {
         flow.pass(2);
         self.supervise(inputs, now_ns);
         flow.pass(3);
-        let mut requests = self.request(inputs, now_ns);
+        self.command_cell.take(&inputs.command);
+        let heard = self.listen(now_ns);
+        let mut requests = self.request(inputs, &heard, now_ns);
         flow.pass(4);
         self.acknowledge(&requests);
         requests.demand.restart |= self.start_up(&requests, &found, moving, now_ns);
@@ -156,7 +159,7 @@ impl Monitor {
         flow.pass(6);
         let outputs = self.conclude(inputs, &requests, &found, flow);
         self.stepped = true;
-        outputs
+        Outputs { answer: heard.answer, ..outputs }
     }
 
     /// Position and speed of this instant; `false` while there is none to believe.
@@ -325,17 +328,40 @@ impl Monitor {
         found
     }
 
+    /// The black channel: the answer is made of both reports of the exchange before this one.
+    fn listen(&mut self, now_ns: u64) -> Heard {
+        if !self.field.is_used() {
+            return Heard::default();
+        }
+        let exchange = self.exchange();
+        let telegram = &self.program.telegram;
+        let data = exchange.checked_sub(1).and_then(|before| self.partner.pair_of(before)).map(|pair| {
+            let [own, other] = &pair.status;
+            ProcessData::new(telegram, &telegram.combine(own, other), pair.position, pair.speed_mrpm)
+        });
+        let command = self.command_cell.last().map(|cell| &cell.payload);
+        let heard = self.field.step(command, data.as_ref(), (exchange, now_ns), self.program.profile);
+        if let Some((code, class)) = heard.fault.and_then(|fault| self.program.rules.bus_code(fault)) {
+            self.errors.raise(code, class);
+        }
+        heard
+    }
+
     /// Commands and inputs, stale ones read as nothing (DEC-18).
-    fn request(&mut self, inputs: &Inputs, now_ns: u64) -> Requests {
+    fn request(&mut self, inputs: &Inputs, heard: &Heard, now_ns: u64) -> Requests {
         let (stale_ns, cycle_ns) = (self.stale_ns(), self.setup.cycle_ns);
         self.io_cell.take(&inputs.io);
-        self.command_cell.take(&inputs.command);
-        let command = self.command_cell.current(now_ns, stale_ns, cycle_ns).map(|cell| &cell.payload);
-        let plain = command.filter(|command| command.source == CommandSource::Plain);
+        // The age of frames is the protocol's affair: its watchdog judges it.
+        let framed = self.field.is_used();
+        let newest = self.command_cell.last().filter(|_| framed);
+        let command = newest.or(self.command_cell.current(now_ns, stale_ns, cycle_ns));
+        let command = command.map(|cell| &cell.payload);
+        let plain = command.filter(|command| (command.source == CommandSource::Plain) & !framed);
+        let word = heard.word.or(plain.map(|command| command.word));
         let outside = Outside {
             now_ns,
-            word: plain.map(|command| command.word),
-            clear: plain.is_some_and(|command| command.clear_error),
+            word,
+            clear: word.is_some() & command.is_some_and(|command| command.clear_error),
             drive_enabled: command.is_some_and(|command| command.drive_enabled),
             io: self.io_cell.current(now_ns, stale_ns, cycle_ns).map(|cell| &cell.payload),
             settle: self.settles_now(),
@@ -380,209 +406,5 @@ impl Monitor {
 
     fn exchange(&self) -> u64 {
         self.encoder_cell.last().map_or(0, |cell| cell.sequence)
-    }
-
-    /// Stop functions, then watches, then what their violations start.
-    fn functions(&mut self, requests: &mut Requests, moving: bool) {
-        let n0 = self.command_cell.last().is_some_and(|cell| cell.payload.drive_n0);
-        self.judged = self.program.rules.sample(self.sample, n0);
-        let sample = self.judged;
-        let stopped = self.errors.removes_torque() | self.partner.error();
-        let idle = self.phase != Phase::Operational;
-        let blind = !moving & !self.settles_now();
-        let demand = &mut requests.demand;
-        let mut forced = *demand;
-        forced.sto |= stopped | idle | blind;
-        forced.blocked = self.errors.blocks();
-        let stops = &mut self.program.stops;
-        stops.restart_once |= requests.restart_once;
-        stops.command(forced, &sample);
-        let broken = stops.advance(&sample);
-        let mut monitored = !stops.is_sto();
-        for violation in broken.into_iter().flatten() {
-            let (code, class) = self.program.rules.stop_code(violation);
-            self.errors.raise(code, class);
-            monitored = true;
-        }
-        self.stand_still(moving);
-        self.watch(requests.watches, monitored, &sample);
-        self.respond(requests, monitored, &sample);
-    }
-
-    /// What the profile judges by itself.
-    fn respond(&mut self, requests: &Requests, monitored: bool, sample: &Sample) {
-        let watches = self.program.watches.get(..self.program.used).unwrap_or(&[]);
-        let scene = Scene { watches, stops: &self.program.stops, sample, requests, monitored };
-        let response = self.program.rules.respond(&scene);
-        if let Some((code, class)) = response.error {
-            self.errors.raise(code, class);
-        }
-        let before = self.program.stops.active();
-        self.program.stops.react(response.reaction, sample);
-        if self.program.stops.active() != before {
-            self.advance_once_more(sample);
-        }
-    }
-
-    fn watch(&mut self, asked: u64, monitored: bool, sample: &Sample) {
-        let mut reactions = [None; STOPS + 1];
-        let used = self.program.used;
-        for watch in self.program.watches.iter_mut().take(used) {
-            let requested = watch.plan.request.is_none_or(|bit| asked.wrapping_shr(u32::from(bit)) & 1 == 1);
-            if !(monitored & requested) {
-                watch.rest();
-                continue;
-            }
-            if let Some(violation) = watch.step(sample) {
-                let (code, class) = self.program.rules.watch_code(&watch.plan, violation);
-                self.errors.raise(code, class);
-                if let Some(place) = reactions.get_mut(place_of(watch.plan.reaction)) {
-                    *place = Some(watch.plan.reaction);
-                }
-            }
-        }
-        let before = self.program.stops.active();
-        for reaction in reactions.into_iter().flatten() {
-            self.program.stops.react(reaction, sample);
-        }
-        if self.program.stops.active() != before {
-            self.advance_once_more(sample);
-        }
-    }
-
-    /// A stop that begins in this instant is in force in it (DEC-02).
-    fn advance_once_more(&mut self, sample: &Sample) {
-        for violation in self.program.stops.advance(sample).into_iter().flatten() {
-            let (code, class) = self.program.rules.stop_code(violation);
-            self.errors.raise(code, class);
-        }
-    }
-
-    fn stand_still(&mut self, moving: bool) {
-        let sample = self.sample;
-        let notice = self
-            .program
-            .sem
-            .as_mut()
-            .filter(|_| moving)
-            .and_then(|sem| sem.step(sample.position, sample.now_ns));
-        let Some(notice) = notice else { return };
-        let (code, class, reaction) = profile::sem_code(notice);
-        self.errors.raise(code, class);
-        let before = self.program.stops.active();
-        self.program.stops.react(reaction, &sample);
-        if self.program.stops.active() != before {
-            self.advance_once_more(&sample);
-        }
-    }
-
-    fn conclude(
-        &mut self,
-        inputs: &Inputs,
-        requests: &Requests,
-        found: &Findings,
-        mut flow: Flow,
-    ) -> Outputs {
-        let operational = self.phase == Phase::Operational;
-        let sto = self.program.stops.is_sto() | !operational;
-        let ready = operational & !sto & !self.errors.removes_torque();
-        let exchange = self.exchange();
-        let accepted = self.partner.echoed() & found.permits();
-        let permitted = (accepted & self.partner.permitted()) | self.settles_now();
-        let raised = (self.phase == Phase::SelfTest) & (self.partner.path_test() == PathTest::RaiseA);
-        let faultless = !(self.errors.removes_torque() | self.partner.error());
-        let tested = raised & accepted & faultless;
-        let driving = (ready & permitted) | tested;
-        self.startup.note(self.phase, driving);
-        let test_pulse = self.path.refresh(driving, exchange);
-        self.driving = driving;
-        flow.pass(7);
-        let report = self.report(inputs, requests, exchange, (sto, ready, driving, test_pulse), flow);
-        self.partner.keep(Own {
-            exchange,
-            phase: self.phase,
-            status: report.status,
-            requested: report.requested,
-            inputs: report.inputs,
-            acknowledgements: report.acknowledgements,
-            position: report.position,
-            speed: i64::from(report.speed_mrpm),
-        });
-        Outputs {
-            report,
-            inhibit: Inhibit { permit: driving, edges: self.path.edges(), ..Inhibit::default() },
-            answer: None,
-        }
-    }
-
-    fn report(
-        &mut self,
-        inputs: &Inputs,
-        requests: &Requests,
-        exchange: u64,
-        (sto, ready, driving, test_pulse): (bool, bool, bool, bool),
-        flow: Flow,
-    ) -> Report {
-        let used = self.program.used;
-        let state = State {
-            watches: self.program.watches.get(..used).unwrap_or(&[]),
-            stops: &self.program.stops,
-            error: self.errors.error_bit(),
-            ready: matches!(self.phase, Phase::AwaitAcknowledge | Phase::Operational),
-            sto,
-            requests,
-            sample: &self.judged,
-        };
-        let status: Word = self.program.rules.status(&state);
-        let drive = self.program.rules.drive(&state);
-        Report {
-            exchange,
-            partner_exchange: self.partner.exchange,
-            time_ns: self.now_ns,
-            parameter_signature: self.program.signature,
-            build: BUILD,
-            flow: flow.0,
-            phase: self.phase,
-            ready,
-            driving,
-            test_pulse,
-            stop: stop_of(&self.program, sto),
-            overruns: inputs.overruns,
-            status,
-            requested: requests.requested,
-            inputs: requests.inputs,
-            acknowledgements: requests.acknowledgements,
-            position: self.sample.position,
-            speed_mrpm: self.sample.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
-            drive,
-            session_id: 0,
-            frame_digest: 0,
-            errors: if self.program.rules.lists_codes() { self.errors.list() } else { ErrorList::default() },
-        }
-    }
-}
-
-/// One place per reaction: STO first, then the stops in the order of the table.
-fn place_of(reaction: Reaction) -> usize {
-    match reaction {
-        Reaction::Sto => 0,
-        Reaction::Stop(place) => usize::from(place).saturating_add(1),
-        Reaction::None => usize::MAX,
-    }
-}
-
-fn stop_of(program: &Program, sto: bool) -> Stop {
-    use crate::engine::stop::End;
-    if sto {
-        return Stop::Sto;
-    }
-    match program.stops.active() {
-        Active::Sto => Stop::Sto,
-        Active::None => Stop::None,
-        Active::Standing(..) => Stop::Sos,
-        Active::Braking(place, _) => match program.stops.plan(place).map(|plan| plan.end) {
-            Some(End::Sos) => Stop::Ss2,
-            _ => Stop::Ss1,
-        },
     }
 }
