@@ -145,11 +145,22 @@ fn write_bits(out: &mut String, word: &str, rows: &[Value]) {
         )
         .unwrap();
     }
+    let named = rows.iter().map(|row| format!("(\"{}\", {})", text(row, "name"), number(row, "bit")));
+    let named = named.collect::<Vec<_>>().join(", ");
+    writeln!(out, "/// Name and number of every bit.\npub const BITS: &[(&str, u8)] = &[{named}];").unwrap();
     out.push_str("}\n");
 }
 
 fn write_etg(out: &mut String, table: &Table) {
     out.push_str("/// Functions of the generic profile and their objects (DEC-40).\npub mod etg {\n");
+    let functions = table["function"].as_array().expect("functions").iter();
+    let named = functions.map(|row| format!("(\"{}\", {})", text(row, "name"), number(row, "number")));
+    let named = named.collect::<Vec<_>>().join(", ");
+    writeln!(
+        out,
+        "/// Name and number of every function.\npub const FUNCTIONS: &[(&str, u32)] = &[{named}];"
+    )
+    .unwrap();
     for function in table["function"].as_array().expect("functions") {
         let name = text(function, "name");
         writeln!(

@@ -11,6 +11,21 @@ const RATE: u64 = 50;
 /// cycles late before its writer counts as lost, so less would be no clock fault.
 const STEP_CYCLES: u64 = 3;
 
+/// How far two clocks may differ; `age_factor` widens both limits (Setup).
+#[derive(Debug, Clone, Copy)]
+struct Limit {
+    step_max_ns: u64,
+    age_factor: u64,
+}
+
+impl Limit {
+    fn new(cycle_ns: u64, age_factor: u8) -> Self {
+        let age_factor = u64::from(age_factor.max(1));
+        let step_max_ns = cycle_ns.saturating_mul(STEP_CYCLES).saturating_mul(age_factor);
+        Self { step_max_ns, age_factor }
+    }
+}
+
 /// Two clocks, one judged by the other.
 #[derive(Debug, Clone, Copy, Default)]
 struct Watch {
@@ -21,29 +36,29 @@ struct Watch {
 
 impl Watch {
     /// Takes one reading of both, ns; whether they go differently.
-    fn observe(&mut self, own_ns: u64, other_ns: u64, step_max_ns: u64) -> bool {
+    fn observe(&mut self, own_ns: u64, other_ns: u64, limit: Limit) -> bool {
         if !self.begun {
             *self = Self { begun: true, start: (own_ns, other_ns), last: (own_ns, other_ns) };
             return false;
         }
         let backwards = (own_ns < self.last.0) || (other_ns < self.last.1);
         let step = advance(self.last, own_ns, other_ns);
-        let stepped = step.0.abs_diff(step.1) > step_max_ns;
+        let stepped = step.0.abs_diff(step.1) > limit.step_max_ns;
         self.last = (own_ns, other_ns);
-        let off = backwards | stepped | self.drifts(own_ns, other_ns);
+        let off = backwards | stepped | self.drifts(own_ns, other_ns, limit.age_factor);
         if off {
             *self = Self::default();
         }
         off
     }
 
-    fn drifts(&mut self, own_ns: u64, other_ns: u64) -> bool {
+    fn drifts(&mut self, own_ns: u64, other_ns: u64, age_factor: u64) -> bool {
         let (own, other) = advance(self.start, own_ns, other_ns);
         if own < WINDOW_NS {
             return false;
         }
         self.start = (own_ns, other_ns);
-        own.abs_diff(other).saturating_mul(RATE) > own
+        own.abs_diff(other).saturating_mul(RATE) > own.saturating_mul(age_factor)
     }
 }
 
@@ -61,18 +76,24 @@ pub struct Clocks {
     newest_sample: Option<u64>,
     standing_cycles: u8,
     now_ns: u64,
+    age_factor: u8,
 }
 
 impl Clocks {
+    /// Nothing seen yet; `age_factor` as in the setup.
+    pub fn new(age_factor: u8) -> Self {
+        Self { age_factor, ..Self::default() }
+    }
+
     /// Judges the clocks of both channels by crosscheck's own and by each other.
     pub fn channels(&mut self, a: &Follower, b: &Follower, pair: Option<&Pair>, cycle_ns: u64) -> FaultSet {
-        let step_max_ns = cycle_ns.saturating_mul(STEP_CYCLES);
+        let limit = Limit::new(cycle_ns, self.age_factor);
         let mut faults = FaultSet::EMPTY;
-        faults.add_if(against_own(&mut self.a, a, self.now_ns, step_max_ns), Fault::ClockA);
-        faults.add_if(against_own(&mut self.b, b, self.now_ns, step_max_ns), Fault::ClockB);
+        faults.add_if(against_own(&mut self.a, a, self.now_ns, limit), Fault::ClockA);
+        faults.add_if(against_own(&mut self.b, b, self.now_ns, limit), Fault::ClockB);
         if let Some(pair) = pair {
             let (time_a, time_b) = (pair.a.payload.time_ns, pair.b.payload.time_ns);
-            if self.each_other.observe(time_a, time_b, step_max_ns) {
+            if self.each_other.observe(time_a, time_b, limit) {
                 // Neither agrees with the other: nobody knows which one is right.
                 faults = faults.with(Fault::ClockA).with(Fault::ClockB);
             }
@@ -105,7 +126,8 @@ impl Clocks {
         }
         let producer_off = match sample {
             Some(sample) if went_on => {
-                self.producer.observe(now_ns, sample.saturating_mul(cycle_ns), u64::MAX)
+                let any_step = Limit { step_max_ns: u64::MAX, ..Limit::new(cycle_ns, self.age_factor) };
+                self.producer.observe(now_ns, sample.saturating_mul(cycle_ns), any_step)
             }
             _ => false,
         };
@@ -115,12 +137,12 @@ impl Clocks {
     }
 }
 
-fn against_own(watch: &mut Watch, channel: &Follower, now_ns: u64, step_max_ns: u64) -> bool {
+fn against_own(watch: &mut Watch, channel: &Follower, now_ns: u64, limit: Limit) -> bool {
     if channel.is_lost() {
         *watch = Watch::default();
     }
     match channel.newest() {
-        Some(report) if channel.advanced() => watch.observe(now_ns, report.payload.time_ns, step_max_ns),
+        Some(report) if channel.advanced() => watch.observe(now_ns, report.payload.time_ns, limit),
         _ => false,
     }
 }

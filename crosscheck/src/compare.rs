@@ -38,7 +38,7 @@ impl Differences {
             requested: unequal(&a.requested, &b.requested),
             inputs: a.inputs ^ b.inputs,
             acknowledgements: a.acknowledgements ^ b.acknowledgements,
-            named: named(a, b, &status, rules) | error_presence(a, b, limits.profile),
+            named: named(a, b, &status, rules) | error_presence(a, b, limits.profile) | black_channel(a, b),
         }
     }
 
@@ -85,6 +85,12 @@ fn error_presence(a: &Report, b: &Report, profile: Profile) -> u32 {
     let counts = |code: &ErrorCode| profile != Profile::AmkKw || code.code != 3610;
     let present = |report: &Report| report.errors.iter().any(counts);
     u32::from(present(a) != present(b)) << 3
+}
+
+/// Design 9: both have processed the same frame of the same session.
+fn black_channel(a: &Report, b: &Report) -> u32 {
+    let differs = (a.session_id != b.session_id) | (a.frame_digest != b.frame_digest);
+    u32::from(differs) << 3
 }
 
 /// Since when each of 32 items differs without interruption.

@@ -10,7 +10,7 @@ use crate::combine;
 use crate::compare::{Differences, Patience, Timers, at_once};
 use crate::fault::{Fault, FaultSet};
 use crate::limits::Limits;
-use crate::pairing::{Follower, Pair, SILENT_MAX};
+use crate::pairing::{Follower, Pair, silent_max};
 use crate::path::{Paths, Seen, SelfTest};
 
 /// The cross-communication of one axis.
@@ -41,11 +41,12 @@ impl Crosscheck {
     /// or are those of another axis, give a crosscheck that never permits torque.
     pub fn new(setup: &Setup, limits: &Limits) -> Self {
         let settled = setup.start == Start::Settled;
+        let factor = setup.age_factor;
         Self {
             setup: *setup,
             limits: *limits,
-            a: Follower::new(settled),
-            b: Follower::new(settled),
+            a: Follower::new(settled, silent_max(factor)),
+            b: Follower::new(settled, silent_max(factor)),
             pair: None,
             unpaired_cycles: 0,
             missed: 0,
@@ -53,10 +54,10 @@ impl Crosscheck {
             equal_since_ns: None,
             timers: Timers::NEW,
             compared: FaultSet::EMPTY,
-            clocks: Clocks::default(),
+            clocks: Clocks::new(factor),
             seen: Seen::NEW,
-            paths: Paths::NEW,
-            test: SelfTest::new(settled),
+            paths: Paths::new(factor),
+            test: SelfTest::new(settled, factor),
             latched: FaultSet::EMPTY,
         }
     }
@@ -67,8 +68,9 @@ impl Crosscheck {
         let sample = inputs.encoder_sequence;
         self.a.follow(&inputs.report_a, sample, now_ns, cycle_ns);
         self.b.follow(&inputs.report_b, sample, now_ns, cycle_ns);
-        self.seen.follow(&inputs.readback, self.setup.stale_cycles);
-        let witnesses = self.clocks.witnesses(sample, now_ns, cycle_ns, self.setup.stale_cycles);
+        let stale_cycles = self.relaxed(self.setup.stale_cycles);
+        self.seen.follow(&inputs.readback, stale_cycles);
+        let witnesses = self.clocks.witnesses(sample, now_ns, cycle_ns, stale_cycles);
 
         let news = Pair::find(&self.a, &self.b, self.pair.as_ref());
         let clocks = self.clocks.channels(&self.a, &self.b, news.as_ref(), cycle_ns);
@@ -93,6 +95,11 @@ impl Crosscheck {
             Some(pair) => Some((&pair.a.payload, &pair.b.payload)),
             None => None,
         }
+    }
+
+    /// A limit in cycles, widened by the age factor.
+    fn relaxed(&self, cycles: u8) -> u8 {
+        cycles.saturating_mul(self.setup.age_factor.max(1))
     }
 
     fn take_pair(&mut self, news: Option<&Pair>, now_ns: u64) {
@@ -134,8 +141,8 @@ impl Crosscheck {
     /// DEC-23, overruns, and what the image alone decides.
     fn presence(&self, overruns: u8) -> FaultSet {
         let both_heard = self.a.newest().is_some() & self.b.newest().is_some();
-        let never_meet = both_heard && (self.unpaired_cycles >= SILENT_MAX);
-        let max = self.setup.overruns_max.max(1);
+        let never_meet = both_heard && (self.unpaired_cycles >= silent_max(self.setup.age_factor));
+        let max = self.relaxed(self.setup.overruns_max.max(1));
         let late = [Some(overruns), overruns_of(&self.a), overruns_of(&self.b)];
         let too_late = late.iter().flatten().any(|count| *count >= max);
         let own_image = self.limits.acceptable && (self.limits.axis == self.setup.axis);
@@ -198,7 +205,7 @@ impl Crosscheck {
             self.limits.acceptable,
             self.comparing,
             self.pair.is_some_and(|pair| pair.a.payload.ready & pair.b.payload.ready),
-            self.unpaired_cycles < SILENT_MAX,
+            self.unpaired_cycles < silent_max(self.setup.age_factor),
             // The newest word of each counts too: what is withdrawn is withdrawn at once.
             ready(&self.a),
             ready(&self.b),

@@ -6,8 +6,14 @@
 use shm_schema::exchange::{Received, Sampled};
 use shm_schema::report::Report;
 
-/// Cycles without news after which a channel is lost (DEC-23).
-pub const SILENT_MAX: u8 = 3;
+/// Cycles without news after which a channel is lost (DEC-23), in the strict timing.
+const SILENT_MAX: u8 = 3;
+
+/// Cycles without news after which a channel is lost; `age_factor` as in the setup.
+pub fn silent_max(age_factor: u8) -> u8 {
+    SILENT_MAX.saturating_mul(age_factor.max(1))
+}
+
 /// Error acknowledge and the drive's non-safe clear command (AMK-ACK-02).
 const ACKNOWLEDGE: u32 = 0b101;
 /// Reports kept; a power of two.
@@ -21,6 +27,7 @@ pub struct Follower {
     kept: [Option<Sampled<Report>>; KEPT],
     newest: usize,
     silent: u8,
+    silent_max: u8,
     heard: bool,
     advanced: bool,
     levels: u32,
@@ -29,11 +36,12 @@ pub struct Follower {
 
 impl Follower {
     /// `heard`: the channel counts as present before its first report (settled start).
-    pub const fn new(heard: bool) -> Self {
+    pub const fn new(heard: bool, silent_max: u8) -> Self {
         Self {
             kept: [None; KEPT],
             newest: 0,
             silent: 0,
+            silent_max,
             heard,
             advanced: false,
             // DEC-16: a level that is high from the beginning is no edge.
@@ -108,12 +116,12 @@ impl Follower {
 
     /// Whether the channel was there and is not any more (DEC-23).
     pub const fn is_lost(&self) -> bool {
-        self.heard && (self.silent >= SILENT_MAX)
+        self.heard && (self.silent >= self.silent_max)
     }
 
     /// Whether the channel is there.
     pub const fn is_present(&self) -> bool {
-        self.heard && (self.silent < SILENT_MAX)
+        self.heard && (self.silent < self.silent_max)
     }
 
     /// The newest report kept that was computed from `exchange`.

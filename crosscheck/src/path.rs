@@ -74,11 +74,11 @@ struct Watch {
 
 impl Watch {
     /// (stuck on, dead).
-    fn observe(&mut self, driven: bool, reads_on: Option<bool>) -> (bool, bool) {
+    fn observe(&mut self, driven: bool, reads_on: Option<bool>, age_factor: u32) -> (bool, bool) {
         self.driven_cycles = if driven { self.driven_cycles.saturating_add(1) } else { 0 };
         self.idle_cycles = if driven { 0 } else { self.idle_cycles.saturating_add(1) };
-        let should_read_off = self.idle_cycles > FOLLOW_OFF_CYCLES;
-        let should_read_on = self.driven_cycles > FOLLOW_ON_CYCLES;
+        let should_read_off = self.idle_cycles > FOLLOW_OFF_CYCLES.saturating_mul(age_factor);
+        let should_read_on = self.driven_cycles > FOLLOW_ON_CYCLES.saturating_mul(age_factor);
         let stuck = should_read_off && (reads_on == Some(true));
         // No readback is no proof that the path follows.
         let dead = should_read_on && (reads_on != Some(true));
@@ -117,16 +117,20 @@ pub struct Paths {
     b: Watch,
     pulse_a: Pulse,
     pulse_b: Pulse,
+    age_factor: u32,
 }
 
 impl Paths {
-    /// Neither path driven.
-    pub const NEW: Self = Self {
-        a: Watch { driven_cycles: 0, idle_cycles: 0 },
-        b: Watch { driven_cycles: 0, idle_cycles: 0 },
-        pulse_a: Pulse::NEW,
-        pulse_b: Pulse::NEW,
-    };
+    /// Neither path driven; `age_factor` as in the setup.
+    pub fn new(age_factor: u8) -> Self {
+        Self {
+            a: Watch::default(),
+            b: Watch::default(),
+            pulse_a: Pulse::NEW,
+            pulse_b: Pulse::NEW,
+            age_factor: age_factor.max(1).into(),
+        }
+    }
 
     /// The self-test runs and judges the paths itself; afterwards both are judged anew.
     pub fn leave_to_test(&mut self, seen: &Seen, now_ns: u64) -> FaultSet {
@@ -137,8 +141,8 @@ impl Paths {
     /// Judges one cycle; `driven` says what A and B drive.
     pub fn observe(&mut self, driven: (bool, bool), seen: &Seen, now_ns: u64) -> FaultSet {
         let (reads_a, reads_b) = seen.paths();
-        let (stuck_a, dead_a) = self.a.observe(driven.0, reads_a);
-        let (stuck_b, dead_b) = self.b.observe(driven.1, reads_b);
+        let (stuck_a, dead_a) = self.a.observe(driven.0, reads_a, self.age_factor);
+        let (stuck_b, dead_b) = self.b.observe(driven.1, reads_b, self.age_factor);
         let mut faults = self.dormant(seen, now_ns);
         faults.add_if(stuck_a, Fault::PathAStuck);
         faults.add_if(dead_a, Fault::PathADead);
@@ -197,12 +201,14 @@ impl Step {
 pub struct SelfTest {
     step: Step,
     cycles: u32,
+    cycles_max: u32,
 }
 
 impl SelfTest {
     /// `passed`: the start-up is complete already (settled start).
-    pub const fn new(passed: bool) -> Self {
-        Self { step: if passed { Step::Passed } else { Step::Idle }, cycles: 0 }
+    pub fn new(passed: bool, age_factor: u8) -> Self {
+        let step = if passed { Step::Passed } else { Step::Idle };
+        Self { step, cycles: 0, cycles_max: TEST_STEP_CYCLES.saturating_mul(age_factor.max(1).into()) }
     }
 
     /// What the agreement shows.
@@ -246,7 +252,7 @@ impl SelfTest {
             self.enter(next);
             return FaultSet::EMPTY;
         }
-        if self.cycles <= TEST_STEP_CYCLES {
+        if self.cycles <= self.cycles_max {
             return FaultSet::EMPTY;
         }
         self.enter(Step::Failed);

@@ -5,6 +5,7 @@
 //!
 //! ```text
 //! {"axis": 1, "set_point_rpm": 1500}          speed of the drive
+//! {"axis": 1, "request": ["SLS1"], "release": ["STO"]}   functions by the names of the profile
 //! {"axis": 1, "set": [3], "clear": [0]}       bits of the control word
 //! {"axis": 1, "pulse": [7]}                   0, 1, 0: a rising edge whatever it was
 //! {"axis": 1, "word": "0x00007E7F"}           the whole control word
@@ -21,6 +22,7 @@ use shm_schema::profile::Profile;
 use shm_schema::word::Word;
 
 use crate::machine::Lines;
+use crate::replay::Bits;
 use crate::trace::{Fault, Faults};
 
 /// Milliseconds each level of a pulse lasts: longer than any bus cycle.
@@ -40,6 +42,10 @@ pub struct Instruction {
     pub ramp_rpm_s: Option<f64>,
     /// The whole control word, hexadecimal.
     pub word: Option<String>,
+    /// Functions to request, by the names of the profile's control word.
+    pub request: Vec<String>,
+    /// Functions whose request is taken back.
+    pub release: Vec<String>,
     /// Bits to set.
     pub set: Vec<u8>,
     /// Bits to clear: requests of active-low functions.
@@ -108,6 +114,8 @@ const fn acknowledge_bits(profile: Profile) -> &'static [u8] {
 #[derive(Debug, Clone)]
 pub struct Control {
     profile: Profile,
+    neutral: Word,
+    bits: Bits,
     word: Word,
     lines: Lines,
     pulses: Vec<Pulse>,
@@ -125,9 +133,11 @@ pub struct Control {
 
 impl Control {
     /// Nothing requested, every line high, no acknowledge.
-    pub fn new(profile: Profile, neutral: Word) -> Self {
+    pub fn new(profile: Profile, neutral: Word, bits: Bits) -> Self {
         Self {
             profile,
+            neutral,
+            bits,
             word: neutral,
             lines: Lines::default(),
             pulses: Vec::new(),
@@ -157,6 +167,12 @@ impl Control {
         let changed =
             |word: Word, bits: &[u8], value| bits.iter().fold(word, |word, bit| word.with(*bit, value));
         self.word = changed(changed(self.word, &instruction.set, true), &instruction.clear, false);
+        for name in &instruction.request {
+            self.function(name, true)?;
+        }
+        for name in &instruction.release {
+            self.function(name, false)?;
+        }
         for (name, level) in &instruction.inputs {
             self.input(name, level)?;
         }
@@ -171,6 +187,16 @@ impl Control {
         if instruction.acknowledge {
             self.acknowledge(now_ms);
         }
+        Ok(())
+    }
+
+    /// A function is requested by the level that its neutral bit does not have.
+    fn function(&mut self, name: &str, requested: bool) -> Result<(), String> {
+        let bit = self.bits.get(&name.to_uppercase()).copied().ok_or_else(|| {
+            let known: Vec<_> = self.bits.keys().map(String::as_str).collect();
+            format!("function {name:?}, expected one of {}", known.join(", "))
+        })?;
+        self.word = self.word.with(bit, self.neutral.bit(bit) != requested);
         Ok(())
     }
 
@@ -242,7 +268,11 @@ mod tests {
     use super::*;
 
     fn control() -> Control {
-        Control::new(Profile::AmkKw, Word::from_u32(0x7E7F))
+        Control::new(
+            Profile::AmkKw,
+            Word::from_u32(0x7E7F),
+            Bits::from([("SLS1".to_owned(), amk_kw::control::SLS1)]),
+        )
     }
 
     fn take(control: &mut Control, json: &str) -> Result<(), String> {
@@ -259,6 +289,17 @@ mod tests {
         assert_eq!(word.0[0], 0x7E7E);
         assert_eq!((lines.pairs[1], lines.ais), ((true, false), true));
         assert_eq!(control.set_point_rpm, Some(1_500.0));
+    }
+
+    #[test]
+    fn functions_are_requested_and_released_by_name() {
+        let mut control = control();
+        take(&mut control, r#"{"request":["sls1"]}"#).expect("sound");
+        assert_eq!(control.show(1_001).0.0[0], 0x6E7F, "active-low");
+        take(&mut control, r#"{"release":["SLS1"]}"#).expect("sound");
+        assert_eq!(control.show(1_001).0.0[0], 0x7E7F);
+        let refused = take(&mut control, r#"{"request":["SLX"]}"#).expect_err("unknown");
+        assert_eq!(refused, "function \"SLX\", expected one of SLS1");
     }
 
     #[test]

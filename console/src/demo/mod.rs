@@ -1,8 +1,6 @@
 //! `safepair demo`: the main job, with real processes, in some seconds, with a picture.
 
 mod envelope;
-mod master;
-mod recorder;
 mod story;
 
 use std::{fs, path::PathBuf, process::ExitCode};
@@ -12,12 +10,12 @@ use nix::unistd::Pid;
 use plotters::style::RGBColor;
 use shm_schema::facts::amk_kw::status;
 
+use crate::master::Master;
 use crate::picture::{self, Chart, Curve, Lane};
 use crate::report::{bad_input, fell_short};
-use crate::run::{Plan, Role, RunFolder, Set, SetArgs, images_of};
+use crate::run::{Machine, Plan, Role, RunFolder, Set, SetArgs};
+use crate::watch::{self, Frame, Recorder, Recording, Watch};
 use envelope::{Restriction, envelope, value};
-use master::Master;
-use recorder::{Frame, Recorder, Recording, Watch};
 use story::{Event, Story, What};
 
 /// The parameters of the demonstration axis.
@@ -49,8 +47,8 @@ pub fn run(args: &Args) -> ExitCode {
         }
     };
     let folder = RunFolder::new(args.run_dir.clone());
-    let plan = match args.set.with_default_cycle(4_000).plan(images_of(&machine), &folder) {
-        Ok(plan) => Plan { plain_command: true, ..plan },
+    let plan = match args.set.plan(&Machine::of(&machine), &folder) {
+        Ok(plan) => plan,
         Err(line) => return bad_input(&line),
     };
     match play(&plan, args.json) {
@@ -66,7 +64,7 @@ fn play(plan: &Plan, quiet: bool) -> Result<(Vec<Event>, Recording), String> {
     let recorder = Recorder::start(domain, axis).map_err(|error| error.to_string())?;
     let watch = Watch::open(domain, axis).map_err(|error| error.to_string())?;
     let master = Master::connect(&plan.folder, axis)?;
-    let origin = recorder::now_ns();
+    let origin = watch::now_ns();
     let tell = |event: &Event| {
         if !quiet {
             println!("{:8.3} s  {}", seconds(event.time_ns, origin), event.text);

@@ -5,11 +5,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use shm_schema::facts::amk_kw::{control, status};
+use shm_schema::facts::amk_kw::status;
 use shm_schema::report::Phase;
 
-use super::master::Master;
-use super::recorder::{Frame, Watch, codes, now_ns};
+use crate::master::Master;
+use crate::watch::{Frame, Watch, codes, now_ns};
 
 /// Longest wait for any single condition.
 const DEADLINE: Duration = Duration::from_secs(6);
@@ -72,36 +72,36 @@ impl<'a> Story<'a> {
         self.until("torque after the first acknowledge", torque)?;
         self.event(What::Told, "acknowledged: both channels and crosscheck permit torque");
 
-        self.master.set_point(1_500)?;
+        self.master.set_point(1_500.0)?;
         self.until("1,490 rpm", |f| f.a.speed_mrpm > 1_490_000)?;
         self.event(What::Told, "running at 1,500 rpm");
         pause(400);
 
-        self.master.request(control::SLS1)?;
+        self.master.request("SLS1")?;
         self.event(What::Request, "SLS1 requested (500 rpm); the controller brakes along its ramp");
-        self.master.set_point(450)?;
+        self.master.set_point(450.0)?;
         self.until("SLS1 active", |f| f.agreement.status.bit(status::SLS1))?;
         self.event(What::Told, "SLS1 active: monitored at 500 rpm");
         pause(700);
 
-        self.master.set_point(800)?;
+        self.master.set_point(800.0)?;
         self.event(What::Told, "the controller asks for 800 rpm, more than SLS1 allows");
         self.until("the violation of SLS1", |f| !f.a.errors.is_empty() | !f.b.errors.is_empty())?;
         self.violation();
         self.until("STO at the end of SS1", |f| !torque(f) & f.agreement.status.bit(status::STO))?;
         self.event(What::TorqueOff, "SS1 has brought the axis to rest: torque off (STO)");
-        self.master.set_point(0)?;
+        self.master.set_point(0.0)?;
         pause(300);
         self.run_again()
     }
 
     fn run_again(&mut self) -> Result<(), Failure> {
-        self.master.release(control::SLS1)?;
+        self.master.release("SLS1")?;
         self.event(What::Release, "SLS1 no longer requested");
         self.master.acknowledge()?;
         self.until("torque after the acknowledge", torque)?;
         self.event(What::Told, "acknowledged: torque is permitted again");
-        self.master.set_point(1_200)?;
+        self.master.set_point(1_200.0)?;
         self.until("1,190 rpm", |f| f.a.speed_mrpm > 1_190_000)?;
         self.event(What::Told, "running at 1,200 rpm");
         pause(400);

@@ -3,30 +3,38 @@
 //! It owns the lock, the domain and the images, starts the four processes, and waits. The
 //! end of any of them ends all (design 3.7); nothing is ever restarted singly.
 
+mod ending;
+mod machine;
 mod place;
 mod set;
+mod timing;
 
+pub use ending::stop_flag;
+pub use machine::{Bus, Machine};
 pub use place::RunFolder;
 pub use set::{Ended, Plan, Role, Set};
+pub use timing::{Timing, Wish};
 
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
-    sync::{Arc, atomic::AtomicBool},
     time::Duration,
 };
 
 use crate::report::{bad_input, fell_short};
 
-/// Start everything for one machine: simulated drive, both channels, crosscheck.
+/// Start everything for one machine: producer, both channels, crosscheck.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Parameter set of the machine (TOML).
-    #[arg(long, default_value = "machine.toml")]
-    params: PathBuf,
+    /// Machine file. Default: `safepair.toml` here, else one simulated axis.
+    #[arg(long)]
+    machine: Option<PathBuf>,
+    /// Only a parameter set (TOML): a simulated machine with its axes.
+    #[arg(long, conflicts_with = "machine")]
+    params: Option<PathBuf>,
     /// Folder of a sealed set (`safepair params seal`), instead of a file: its images are used
     /// as they were sealed. A set that was loaded but never validated is erased by this start.
-    #[arg(long, conflicts_with = "params")]
+    #[arg(long, conflicts_with_all = ["machine", "params"])]
     sealed: Option<PathBuf>,
     /// Run folder: lock, images, shared memory. Default: /run/safepair for root.
     #[arg(long)]
@@ -45,75 +53,120 @@ pub struct Args {
     json: bool,
 }
 
-/// Options that shape a set, common to all commands that start one.
+/// Options that shape a set, common to all commands that start one; they win over the file.
 #[derive(Debug, Clone, clap::Args)]
 pub struct SetArgs {
-    /// Cycle, µs (125 to 4,000). Default: 1,000; demo 4,000, because an ordinary host stalls for
-    /// some milliseconds now and then, which is torque off at a shorter cycle.
+    /// Timing: strict (1 ms; needs SCHED_FIFO and isolated cores) or relaxed (4 ms, ages and
+    /// partner time-outs times ten; simulation only). Auto takes what the machine can.
+    #[arg(long, value_enum)]
+    timing: Option<Wish>,
+    /// Cycle, µs (125 to 4,000). Default: by the timing.
     #[arg(long, value_parser = clap::value_parser!(u32).range(125..=4_000))]
     cycle_us: Option<u32>,
-    /// Cores of channel A, channel B, crosscheck and the simulated drive; "none": any.
-    #[arg(long, value_delimiter = ',', default_value = "0,1,1,0")]
-    cpus: Vec<String>,
-    /// SCHED_FIFO priority of the monitors; 0: normal scheduling.
-    #[arg(long, default_value_t = 80, value_parser = clap::value_parser!(u8).range(0..=98))]
-    priority: u8,
+    /// Cores of channel A, channel B, crosscheck and the producer; "none": any.
+    #[arg(long, value_delimiter = ',')]
+    cpus: Option<Vec<String>>,
+    /// SCHED_FIFO priority of the monitors; 0: normal scheduling. Default: 80.
+    #[arg(long, value_parser = clap::value_parser!(u8).range(0..=98))]
+    priority: Option<u8>,
     /// Inhibit path of channel A: "sim", or "gpio:CHIP:LINE".
-    #[arg(long, default_value = "sim")]
-    inhibit_a: String,
+    #[arg(long)]
+    inhibit_a: Option<String>,
     /// Inhibit path of channel B.
-    #[arg(long, default_value = "sim")]
-    inhibit_b: String,
+    #[arg(long)]
+    inhibit_b: Option<String>,
     /// Your statement of the evaluator behind a GPIO path: that it drops the path after three
     /// missing edges. Required for GPIO (assumption of use).
     #[arg(long)]
     evaluator: Option<String>,
-    /// Accept the unprotected control word of the simulated master. Never with GPIO.
-    #[arg(long, default_value_t = false)]
+    /// Accept the unprotected control word of the simulated master: the default where both paths
+    /// are simulated, an error with GPIO.
+    #[arg(long)]
     plain_command: bool,
+    /// File of the logbook.
+    #[arg(long)]
+    logbook: Option<PathBuf>,
+    /// Where the simulated drive's gateway listens for black-channel frames (UDP).
+    #[arg(long)]
+    gateway: Option<std::net::SocketAddr>,
 }
 
 impl SetArgs {
-    /// The same options with another default of the cycle.
-    #[must_use]
-    pub fn with_default_cycle(&self, cycle_us: u32) -> Self {
-        Self { cycle_us: self.cycle_us.or(Some(cycle_us)), ..self.clone() }
-    }
-
-    /// The plan of a set that runs with `images`.
+    /// The plan of a set for `machine`.
     ///
     /// # Errors
     /// One line that says what contradicts what.
-    pub fn plan(&self, images: Vec<Images>, folder: &RunFolder) -> Result<Plan, String> {
-        let gpio = [&self.inhibit_a, &self.inhibit_b].iter().any(|path| path.as_str() != "sim");
-        let unprotected = gpio && self.plain_command;
-        if unprotected {
+    pub fn plan(&self, machine: &Machine, folder: &RunFolder) -> Result<Plan, String> {
+        let path = |wish: &Option<String>, file: &Option<String>| {
+            wish.as_ref().or(file.as_ref()).map_or_else(|| "sim".to_owned(), Clone::clone)
+        };
+        let inhibit_a = path(&self.inhibit_a, &machine.inhibit.a);
+        let inhibit_b = path(&self.inhibit_b, &machine.inhibit.b);
+        let evaluator = self.evaluator.as_ref().or(machine.inhibit.evaluator.as_ref()).cloned();
+        let gpio = [&inhibit_a, &inhibit_b].iter().any(|path| path.as_str() != "sim");
+        let cpus = self.cpus(machine);
+        let priority = self.priority.or(machine.priority).unwrap_or(80);
+        let wish = self.timing.unwrap_or(machine.timing);
+        let cycle_us = self.cycle_us.or(machine.period_us);
+        let timing = Timing::choose(wish, cycle_us, cpus.get(..3).unwrap_or_default(), priority);
+        if gpio {
+            self.refuse_gpio(&timing, evaluator.is_some())?;
+        }
+        let own_program = machine.producer.program.is_some();
+        Ok(Plan {
+            folder: folder.clone(),
+            axes: machine.images.iter().map(|(axis, _, _)| *axis).collect(),
+            images: machine.images.clone(),
+            timing,
+            cpus,
+            priority,
+            inhibit_a,
+            inhibit_b,
+            evaluator,
+            plain_command: !gpio && !own_program,
+            producer: machine.producer.program.clone(),
+            script: machine.producer.script.clone(),
+            gateway: self.gateway.or(machine.producer.gateway),
+            buses: machine.buses.clone(),
+            logbook: self.logbook.as_ref().or(machine.logbook.as_ref()).cloned(),
+        })
+    }
+
+    fn cpus(&self, machine: &Machine) -> Vec<Option<u32>> {
+        let usual = || match machine.cores.in_order() {
+            // Two cores are enough for a simulation, and every machine has them or falls back.
+            [None, None, None, None] => vec![Some(0), Some(1), Some(1), Some(0)],
+            cores => cores.to_vec(),
+        };
+        self.cpus.as_ref().map_or_else(usual, |cpus| cpus.iter().map(|cpu| cpu.parse().ok()).collect())
+    }
+
+    fn refuse_gpio(&self, timing: &Timing, stated: bool) -> Result<(), String> {
+        if self.plain_command {
             return Err(
                 "--plain-command with a GPIO path: an unprotected command must not reach a real power stage"
                     .into(),
             );
         }
-        let unstated = gpio && self.evaluator.is_none();
-        if unstated {
+        if !stated {
             return Err(
                 "a GPIO path needs --evaluator: state that yours drops the path after three missing edges"
                     .into(),
             );
         }
-        Ok(Plan {
-            folder: folder.clone(),
-            axes: images.iter().map(|(axis, _, _)| *axis).collect(),
-            images,
-            cycle_us: self.cycle_us.unwrap_or(1_000),
-            cpus: self.cpus.iter().map(|cpu| cpu.parse().ok()).collect(),
-            priority: self.priority,
-            inhibit_a: self.inhibit_a.clone(),
-            inhibit_b: self.inhibit_b.clone(),
-            evaluator: self.evaluator.clone(),
-            plain_command: self.plain_command,
-            script: None,
-        })
+        if timing.is_relaxed() {
+            return Err(format!("a GPIO path needs the strict timing: {timing}"));
+        }
+        Ok(())
     }
+}
+
+/// The axis that runs when no file says otherwise.
+///
+/// # Errors
+/// None, unless the program itself is broken.
+pub fn default_machine() -> Result<params::Machine, String> {
+    parse_machine(include_str!("../demo/axis.toml"), "embedded axis")
 }
 
 /// Reads a parameter set.
@@ -123,7 +176,11 @@ impl SetArgs {
 pub fn read_machine(path: &Path) -> Result<params::Machine, String> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
-    params::parse(&text, &name)
+    parse_machine(&text, &name)
+}
+
+fn parse_machine(text: &str, name: &str) -> Result<params::Machine, String> {
+    params::parse(text, name)
         .map_err(|findings| findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
 }
 
@@ -156,48 +213,56 @@ fn sealed_images(folder: &Path) -> Result<Vec<Images>, String> {
     if images.is_empty() { Err(at(&"expected current/axis-NN.a.img of a sealed set")) } else { Ok(images) }
 }
 
-/// Sets a flag on SIGINT and SIGTERM.
-pub fn stop_flag() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        // Cannot fail for these two; without it the signal would just end the process.
-        let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
-    }
-    stop
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    let images = match &args.sealed {
-        Some(folder) => sealed_images(folder),
-        None => read_machine(&args.params).map(|machine| images_of(&machine)),
-    };
-    let images = match images {
-        Ok(images) => images,
+    let machine = match machine(args) {
+        Ok(machine) => machine,
         Err(line) => return bad_input(&line),
     };
     let folder = RunFolder::new(args.run_dir.clone());
-    let plan = match args.set.plan(images, &folder) {
-        Ok(plan) => Plan { script: args.script.clone(), ..plan },
+    let plan = match args.set.plan(&machine, &folder) {
+        Ok(plan) => Plan { script: args.script.clone().or(plan.script), ..plan },
         Err(line) => return bad_input(&line),
     };
+    say(args.json, "timing", &plan.timing.to_string());
     let stop = stop_flag();
     let mut set = match Set::start(&plan) {
         Ok(set) => set,
         Err(error) => return fell_short(&error.to_string()),
     };
-    say(args.json, "running", &format!("axes {:?}, cycle {} µs; stop with Ctrl-C", plan.axes, plan.cycle_us));
+    say(args.json, "running", &format!("axes {:?}; stop with Ctrl-C", plan.axes));
     let limit = (args.seconds > 0).then(|| Duration::from_secs(args.seconds));
-    match set.wait(&stop, limit) {
+    let ended = match set.wait(&stop, limit) {
         Ended::Asked => {
-            set.stop();
+            say(args.json, "stopping", "SS1 requested; once more for STO at once");
+            ending::brake(&mut set, &plan, &stop)
+        }
+        ended @ Ended::Process(..) => ended,
+    };
+    set.stop();
+    match ended {
+        Ended::Asked => {
             say(args.json, "stopped", "torque off");
             ExitCode::SUCCESS
         }
         Ended::Process(role, status) => {
-            set.stop();
             fell_short(&format!("{role} ended ({status}): the whole set was stopped, torque off"))
         }
+    }
+}
+
+fn machine(args: &Args) -> Result<Machine, String> {
+    let here = PathBuf::from("safepair.toml");
+    if let Some(folder) = &args.sealed {
+        return sealed_images(folder).map(Machine::with_images);
+    }
+    if let Some(file) = &args.params {
+        return read_machine(file).map(|set| Machine::of(&set));
+    }
+    match &args.machine {
+        Some(file) => Machine::read(file),
+        None if here.is_file() => Machine::read(&here),
+        None => Machine::embedded(),
     }
 }
 

@@ -4,6 +4,7 @@ use std::{
     fmt,
     fs::{self, File},
     io::{self, PipeReader, PipeWriter, Read, Write},
+    net::SocketAddr,
     os::fd::OwnedFd,
     path::PathBuf,
     process::{Child, Command, ExitStatus},
@@ -21,7 +22,7 @@ use nix::unistd::Pid;
 use sim::shm::Domain;
 
 use super::place::RunFolderError;
-use super::{Images, RunFolder};
+use super::{Bus, Images, RunFolder, Timing};
 
 /// Every process must report ready within this time.
 const READY_DEADLINE: Duration = Duration::from_secs(5);
@@ -94,8 +95,8 @@ pub struct Plan {
     pub axes: Vec<u8>,
     /// Safety images of every axis.
     pub images: Vec<Images>,
-    /// Cycle, µs.
-    pub cycle_us: u32,
+    /// Cycle and ages.
+    pub timing: Timing,
     /// Cores of A, B, crosscheck, simulated drive.
     pub cpus: Vec<Option<u32>>,
     /// SCHED_FIFO priority; 0: none.
@@ -108,8 +109,16 @@ pub struct Plan {
     pub evaluator: Option<String>,
     /// The unprotected control word is accepted.
     pub plain_command: bool,
+    /// Program that produces in place of the simulated drive.
+    pub producer: Option<PathBuf>,
     /// Script of the simulated drive.
     pub script: Option<PathBuf>,
+    /// Where the simulated drive's gateway listens.
+    pub gateway: Option<SocketAddr>,
+    /// Black channels by axis: protocol and address.
+    pub buses: Vec<(u8, Bus, u16)>,
+    /// File of the logbook.
+    pub logbook: Option<PathBuf>,
 }
 
 /// Why a set did not start.
@@ -156,6 +165,7 @@ pub struct Set {
     domain: Option<Domain>,
     folder: RunFolder,
     nonce: u32,
+    session: u16,
     // Open as long as the supervisor lives: their end of file is the processes' signal.
     alive: Vec<PipeWriter>,
     // Tells the thread that gives the channels signs of life to end.
@@ -171,7 +181,8 @@ impl Set {
     /// What was in the way; nothing keeps running then.
     pub fn start(plan: &Plan) -> Result<Self, StartError> {
         let lock = plan.folder.lock().map_err(StartError::Folder)?;
-        let nonce = draw_nonce().map_err(|error| StartError::File("/dev/urandom".into(), error))?;
+        let random = || draw().map_err(|error| StartError::File("/dev/urandom".into(), error));
+        let (nonce, session) = (random()?, random()? as u16);
         write_images(plan)?;
         let domain = Domain::create(&plan.folder.place(nonce), &plan.axes).map_err(StartError::Domain)?;
         let mut set = Self {
@@ -179,6 +190,7 @@ impl Set {
             domain: Some(domain),
             folder: plan.folder.clone(),
             nonce,
+            session,
             alive: Vec::new(),
             silent: Arc::new(AtomicBool::new(false)),
             lock: Some(lock),
@@ -235,7 +247,11 @@ impl Set {
             (watched.into(), SUPERVISOR_FD),
             (report.into(), READY_FD),
         ];
-        let mut command = Command::new(beside_us(role.program()).map_err(failed)?);
+        let program = match (role, &plan.producer) {
+            (Role::Sim, Some(program)) => program.clone(),
+            _ => beside_us(role.program()).map_err(failed)?,
+        };
+        let mut command = Command::new(program);
         command.args(self.options(plan, role));
         let mappings = handed.into_iter().map(|(parent_fd, child_fd)| FdMapping { parent_fd, child_fd });
         command.fd_mappings(mappings.collect()).map_err(|error| failed(io::Error::other(error)))?;
@@ -254,13 +270,14 @@ impl Set {
 
     fn options(&self, plan: &Plan, role: Role) -> Vec<String> {
         let place = self.folder.place(self.nonce);
-        let phase = plan.cycle_us * role.phase_sixteenths() / 16;
+        let phase = plan.timing.cycle_us * role.phase_sixteenths() / 16;
         let axes: Vec<String> = plan.axes.iter().map(ToString::to_string).collect();
         let mut options = vec![
             ("--domain", place.root().display().to_string()),
             ("--prefix", place.prefix().to_owned()),
             ("--nonce", self.nonce.to_string()),
-            ("--cycle-us", plan.cycle_us.to_string()),
+            ("--cycle-us", plan.timing.cycle_us.to_string()),
+            ("--age-factor", plan.timing.age_factor.to_string()),
             ("--phase-us", phase.to_string()),
             ("--axes", axes.join(",")),
             ("--images", self.folder.images().display().to_string()),
@@ -283,14 +300,38 @@ impl Set {
             options.push(("--priority", (plan.priority + above).to_string()));
         }
         match role {
-            Role::ChannelA => options.extend(path_options(plan, &plan.inhibit_a)),
-            Role::ChannelB => options.extend(path_options(plan, &plan.inhibit_b)),
+            Role::ChannelA => options.extend(self.channel_options(plan, &plan.inhibit_a)),
+            Role::ChannelB => options.extend(self.channel_options(plan, &plan.inhibit_b)),
             Role::Sim => {
                 options.extend(plan.script.iter().map(|script| ("--script", script.display().to_string())));
+                options.extend(self.bus_option(plan));
+                options.extend(plan.gateway.iter().map(|at| ("--gateway", at.to_string())));
             }
-            Role::Crosscheck => {}
+            Role::Crosscheck => {
+                options.extend(plan.logbook.iter().map(|file| ("--logbook", file.display().to_string())));
+            }
         }
         options.into_iter().flat_map(|(name, value)| [name.to_owned(), value]).collect()
+    }
+
+    fn channel_options(&self, plan: &Plan, inhibit: &str) -> Vec<(&'static str, String)> {
+        let mut options = vec![("--inhibit", inhibit.to_owned())];
+        options.extend(plan.evaluator.iter().map(|text| ("--evaluator", text.clone())));
+        if plan.plain_command {
+            options.push(("--plain-command", "yes".to_owned()));
+        }
+        options.extend(self.bus_option(plan));
+        options
+    }
+
+    fn bus_option(&self, plan: &Plan) -> Option<(&'static str, String)> {
+        let bus = |(axis, bus, address): &(u8, Bus, u16)| match bus {
+            // Both channels have to begin with the same session id, another one with each start.
+            Bus::Fsoe => format!("{axis}=fsoe:{address}:{}", self.session ^ u16::from(*axis) << 8),
+            Bus::Profisafe => format!("{axis}=profisafe:{address}"),
+        };
+        let buses: Vec<String> = plan.buses.iter().map(bus).collect();
+        (!buses.is_empty()).then(|| ("--bus", buses.join(",")))
     }
 
     fn end(&mut self) {
@@ -336,15 +377,6 @@ fn give_signs_of_life(mut pipe: PipeWriter, silent: Arc<AtomicBool>) {
     });
 }
 
-fn path_options(plan: &Plan, inhibit: &str) -> Vec<(&'static str, String)> {
-    let mut options = vec![("--inhibit", inhibit.to_owned())];
-    options.extend(plan.evaluator.iter().map(|text| ("--evaluator", text.clone())));
-    if plan.plain_command {
-        options.push(("--plain-command", "yes".to_owned()));
-    }
-    options
-}
-
 fn write_images(plan: &Plan) -> Result<(), StartError> {
     let folder = plan.folder.images();
     let failed = |path: &PathBuf| {
@@ -361,7 +393,7 @@ fn write_images(plan: &Plan) -> Result<(), StartError> {
     Ok(())
 }
 
-fn draw_nonce() -> io::Result<u32> {
+fn draw() -> io::Result<u32> {
     let mut octets = [0; 4];
     File::open("/dev/urandom")?.read_exact(&mut octets)?;
     Ok(u32::from_le_bytes(octets).max(1))

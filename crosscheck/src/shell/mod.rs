@@ -70,7 +70,11 @@ fn cores(options: &Options) -> Result<(Vec<Crosscheck>, Vec<Image>), OpenError> 
     let mut both = (Vec::new(), Vec::new());
     for axis in &options.axes {
         let limits = limits(options, *axis)?;
-        let setup = Setup { cycle_ns: options.cycle_ns(), ..Setup::new(*axis, options.nonce, Start::Cold) };
+        let setup = Setup {
+            cycle_ns: options.cycle_ns(),
+            age_factor: options.age_factor,
+            ..Setup::new(*axis, options.nonce, Start::Cold)
+        };
         both.0.push(Crosscheck::new(&setup, &limits));
         both.1.push((*axis, limits.profile as u8, limits.signature));
     }

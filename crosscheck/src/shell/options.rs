@@ -30,6 +30,8 @@ pub struct Options {
     pub supervisor_fd: Option<i32>,
     /// Write `R` here when the cycle starts.
     pub ready_fd: Option<i32>,
+    /// Factor on every age: 1 strict, up to 10 relaxed.
+    pub age_factor: u8,
     /// File of the logbook; absent: none is kept.
     pub logbook: Option<PathBuf>,
 }
@@ -65,6 +67,7 @@ struct Draft {
     priority: Option<i32>,
     supervisor_fd: Option<i32>,
     ready_fd: Option<i32>,
+    age_factor: Option<u8>,
     logbook: Option<PathBuf>,
 }
 
@@ -110,9 +113,10 @@ impl Draft {
             "--ready-fd" => self.ready_fd = Some(descriptor(name, value)?),
             // Held by being open; nothing to do with it but to leave it so.
             "--lock-fd" => drop(descriptor(name, value)?),
+            "--age-factor" => self.age_factor = Some(number(name, value, 1..=10, "1 to 10")?),
             "--logbook" => self.logbook = Some(value.into()),
             // All processes of a set take the same options; these concern the channels.
-            "--inhibit" | "--evaluator" | "--plain-command" => (),
+            "--inhibit" | "--evaluator" | "--plain-command" | "--bus" | "--partner-build" => (),
             _ => return Err(wrong(name, "a known option")),
         }
         Ok(())
@@ -131,6 +135,7 @@ impl Draft {
             priority: self.priority,
             supervisor_fd: self.supervisor_fd,
             ready_fd: self.ready_fd,
+            age_factor: self.age_factor.unwrap_or(1),
             logbook: self.logbook,
         };
         if options.phase_us >= options.cycle_us {
@@ -167,7 +172,7 @@ mod tests {
     use super::*;
 
     const FULL: &str = "--domain /d --prefix p --nonce 7 --cycle-us 250 --phase-us 100 --axes 3,1 --images /i \
-                        --cpu 2 --priority 80 --lock-fd 5 --supervisor-fd 6 --ready-fd 7 --logbook /l";
+                        --cpu 2 --priority 80 --lock-fd 5 --supervisor-fd 6 --ready-fd 7 --age-factor 10 --logbook /l";
 
     fn parse(text: &str) -> Result<Options, Wrong> {
         Options::parse(text.split_whitespace().map(str::to_owned))
@@ -194,6 +199,7 @@ mod tests {
             ("--axes 3,1", "--axes 3,3", "--axes"),
             ("--priority 80", "--priority 100", "--priority"),
             ("--domain /d", "", "--domain"),
+            ("--age-factor 10", "--age-factor 11", "--age-factor"),
             ("--cpu 2", "--cpus 2", "--cpus"),
             ("--logbook /l", "--logbook", "--logbook"),
         ] {

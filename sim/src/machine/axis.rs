@@ -12,7 +12,7 @@ use shm_schema::inhibit::{Inhibit, Readback};
 use shm_schema::report::Report;
 use shm_schema::word::Word;
 
-use super::{Channel, Codes, Cores, Evaluator, Lines, Referee, View, Wiring};
+use super::{Channel, Codes, Cores, Evaluator, Lines, Referee, View, Wiring, read_back};
 use crate::signals::{FINE, Signals};
 use crate::trace::{Fault, Faults};
 
@@ -199,6 +199,9 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
         self.b.receive(stimulus, &sample, agreement, readback);
         self.a.amend(between);
         self.b.amend(between);
+        let driven = [self.a.outputs.inhibit.outputs, self.b.outputs.inhibit.outputs];
+        self.a.read_back(&driven, self.options.cycle_ns);
+        self.b.read_back(&driven, self.options.cycle_ns);
     }
 
     fn step_a(&mut self, faults: Faults, now_ns: u64) {
@@ -367,6 +370,12 @@ impl<T: Channel> Side<T> {
     fn amend(&mut self, between: &[(u64, Lines)]) {
         if let Ok(cell) = &mut self.inputs.io {
             between.iter().for_each(|(since_ns, lines)| lines.amend(&mut cell.payload, *since_ns));
+        }
+    }
+
+    fn read_back(&mut self, driven: &[[u64; 3]; 2], cycle_ns: u64) {
+        if let Ok(cell) = &mut self.inputs.io {
+            read_back(&mut cell.payload, driven, cycle_ns);
         }
     }
 

@@ -3,22 +3,28 @@
 use shm_schema::inhibit::{Inhibit, MISSING_EDGES};
 
 /// Evaluates the pulses of one path, once a cycle.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Evaluator {
     on: bool,
     edges: u64,
     seen: u64,
     missing: u8,
+    patience: u8,
 }
 
 impl Evaluator {
     /// A path that has been refreshed for ever, or one that is off.
     pub const fn new(on: bool) -> Self {
-        Self { on, edges: 0, seen: 0, missing: 0 }
+        Self { on, edges: 0, seen: 0, missing: 0, patience: MISSING_EDGES }
+    }
+
+    /// A path that is off, with the dead-man of a timing: `age_factor` times the strict one.
+    pub const fn relaxed(age_factor: u8) -> Self {
+        Self { patience: MISSING_EDGES.saturating_mul(age_factor), ..Self::new(false) }
     }
 
     /// Looks at what the channel drives now. Withdrawn permission drops the path at once,
-    /// the third cycle without a new edge drops it too.
+    /// the third cycle without a new edge drops it too (in the strict timing).
     pub fn step(&mut self, driven: &Inhibit) {
         if driven.edges == self.edges {
             self.missing = self.missing.saturating_add(1);
@@ -28,7 +34,7 @@ impl Evaluator {
             self.missing = 0;
             self.on = true;
         }
-        let refreshed = self.missing < MISSING_EDGES;
+        let refreshed = self.missing < self.patience;
         self.on &= refreshed & driven.permit;
     }
 

@@ -11,13 +11,11 @@ pub struct Lines {
     pub ais: bool,
     /// Acknowledge in, error.
     pub aie: bool,
-    /// Safe outputs SA1.1, SA1.2, SA2.1, SA2.2 in bits 0 to 3; SDYN1, SDYN2 in 4 and 5.
-    pub outputs: u8,
 }
 
 impl Default for Lines {
     fn default() -> Self {
-        Self { pairs: [(true, true); 4], ais: false, aie: false, outputs: 0 }
+        Self { pairs: [(true, true); 4], ais: false, aie: false }
     }
 }
 
@@ -57,10 +55,20 @@ impl Lines {
         }
         set(&mut io.ais, self.ais);
         set(&mut io.aie, self.aie);
-        let readback = io.output_readback.iter_mut().chain(&mut io.dynamic_readback);
-        for (bit, pattern) in readback.enumerate() {
-            set(pattern, self.outputs >> bit & 1 == 1);
-        }
+    }
+}
+
+/// Adds what channel A and channel B drove on their lines of the safe outputs during one cycle,
+/// as the acquisition read it back: SA1.n, SA2.n, SDYNn each.
+pub fn read_back(io: &mut Io, driven: &[[u64; 3]; 2], cycle_ns: u64) {
+    let samples = (cycle_ns / SAMPLE_NS).clamp(1, 64) as u32;
+    let [[sa1_1, sa2_1, sdyn1], [sa1_2, sa2_2, sdyn2]] = *driven;
+    let lines = [sa1_1, sa1_2, sa2_1, sa2_2, sdyn1, sdyn2];
+    let patterns = io.output_readback.iter_mut().chain(&mut io.dynamic_readback);
+    for (pattern, line) in patterns.zip(lines) {
+        // Driven counts from the first sample, read back from the last one.
+        let newest_first = line.reverse_bits() >> (64 - samples);
+        *pattern = pattern.checked_shl(samples).unwrap_or(0) | newest_first;
     }
 }
 
@@ -82,6 +90,19 @@ mod tests {
         assert_eq!((io.line_1[1], io.line_2[1]), (u64::MAX << 1, u64::MAX));
         lines.sample(&mut io, 250_000);
         assert_eq!(io.line_1[1], u64::MAX << 5);
+    }
+
+    #[test]
+    fn what_was_driven_first_is_read_back_as_the_oldest_sample() {
+        let mut io = Io::default();
+        // SA1.1 on but for its second sample; SDYN2 on.
+        read_back(&mut io, &[[!0b10, 0, 0], [0, 0, u64::MAX]], 250_000);
+        assert_eq!(io.output_readback, [0b1011, 0, 0, 0]);
+        assert_eq!(io.dynamic_readback, [0, 0b1111]);
+        read_back(&mut io, &[[0; 3]; 2], 250_000);
+        assert_eq!(io.output_readback[0], 0b1011_0000);
+        read_back(&mut io, &[[1 << 63, 0, 0], [0; 3]], 4_000_000);
+        assert_eq!(io.output_readback[0], 1);
     }
 
     #[test]

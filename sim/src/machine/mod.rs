@@ -15,7 +15,7 @@ mod wiring;
 pub use axis::{Axis, Options, Stimulus};
 pub use core::{Channel, Cores, Referee};
 pub use evaluator::Evaluator;
-pub use lines::Lines;
+pub use lines::{Lines, read_back};
 pub use view::{Codes, Source, View};
 pub use wiring::Wiring;
 

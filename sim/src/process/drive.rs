@@ -1,6 +1,9 @@
 //! The simulated drives of all axes, one cycle at a time.
 
+use gateway::udp::Port;
+use gateway::{Bridge, Protocol};
 use params::AxisSet;
+use shm_schema::answer::Answer;
 use shm_schema::cell::Kind;
 use shm_schema::command::{Command, CommandSource};
 use shm_schema::drive::DriveRequest;
@@ -8,9 +11,9 @@ use shm_schema::encoder::{Encoder, Slot};
 use shm_schema::inhibit::{Inhibit, Readback};
 use shm_schema::io::Io;
 use sim::control::{Control, Instruction};
-use sim::machine::{Evaluator, Wiring};
+use sim::machine::{Evaluator, Wiring, read_back};
 use sim::motor::{Motor, MotorData};
-use sim::replay::Words;
+use sim::replay::{Words, control_bits};
 use sim::shm::{CellReader, CellValue, CellWriter, Domain, DomainError, compose};
 use sim::signals::Signals;
 use sim::trace::{Fault, Faults};
@@ -55,8 +58,37 @@ struct Drive {
     pole_pairs: i64,
     evaluators: [Evaluator; 2],
     request: DriveRequest,
+    outputs: [[u64; 3]; 2],
     io: Option<Io>,
+    bus: Option<BusEnd>,
     cells: Cells,
+}
+
+/// Where the frames of an axis come from and go to.
+#[derive(Debug)]
+pub struct BusEnd {
+    bridge: Bridge,
+    port: Option<Port>,
+}
+
+impl BusEnd {
+    /// Frames of `protocol` over `port`; without one the axis gets none.
+    pub fn new(protocol: Protocol, port: Option<Port>) -> Self {
+        Self { bridge: Bridge::new(protocol), port }
+    }
+
+    fn cycle(&mut self, cells: &Cells, exchange: u64) -> Command {
+        if let Some(port) = &mut self.port {
+            let answered = |cell: &CellReader<Answer>| cell.read().map(|(_, answer)| answer);
+            if let Some(frame) = self.bridge.answers(answered(&cells.answer_a), answered(&cells.answer_b)) {
+                port.send(&frame);
+            }
+            if let Some(frame) = port.newest() {
+                self.bridge.received(&frame, exchange);
+            }
+        }
+        self.bridge.command()
+    }
 }
 
 /// Everything one drive reads and writes.
@@ -65,6 +97,8 @@ struct Cells {
     inhibit_a: CellReader<Inhibit>,
     inhibit_b: CellReader<Inhibit>,
     request: CellReader<DriveRequest>,
+    answer_a: CellReader<Answer>,
+    answer_b: CellReader<Answer>,
     readback: CellWriter<Readback>,
     encoder: CellWriter<Encoder>,
     io: CellWriter<Io>,
@@ -73,24 +107,35 @@ struct Cells {
 
 impl Drives {
     /// One drive for each parameter set, at rest.
-    pub fn new(domain: &Domain, sets: &[AxisSet], cycle_ns: u64) -> Result<Self, DomainError> {
+    pub fn new(
+        domain: &Domain,
+        sets: &[AxisSet],
+        cycle_ns: u64,
+        mut buses: Vec<(u8, BusEnd)>,
+        age_factor: u8,
+    ) -> Result<Self, DomainError> {
         let numbers: Vec<u8> = sets.iter().map(|set| set.number).collect();
         let cells = cells(domain, &numbers)?;
-        let axes = sets.iter().zip(cells).map(|(set, cells)| Drive::new(set, cells)).collect();
+        let drive = |(set, cells): (&AxisSet, Cells)| {
+            let own = buses.iter().position(|(axis, _)| *axis == set.number);
+            let bus = own.map(|at| buses.swap_remove(at).1);
+            Drive::new(set, cells, bus, age_factor)
+        };
+        let axes = sets.iter().zip(cells).map(drive).collect();
         Ok(Self { axes, cycle_ns, elapsed_ns: 0 })
     }
 
     /// Hands an instruction to its axis.
-    pub fn take(&mut self, instruction: &Instruction) {
+    ///
+    /// # Errors
+    /// One line: what was found and what was expected. Nothing has changed then.
+    pub fn take(&mut self, instruction: &Instruction) -> Result<(), String> {
         let axis = instruction.axis.unwrap_or(1);
         let now_ms = self.elapsed_ns / 1_000_000;
         let Some(drive) = self.axes.iter_mut().find(|drive| drive.number == axis) else {
-            tracing::warn!("instruction for axis {axis}, expected an axis of this machine");
-            return;
+            return Err(format!("axis {axis}, expected an axis of this machine"));
         };
-        if let Err(message) = drive.control.take(instruction, now_ms) {
-            tracing::warn!("axis {axis}: {message}");
-        }
+        drive.control.take(instruction, now_ms)
     }
 
     /// One wake-up after `cycles` cycles, for the boundary at `now_ns` on CLOCK_MONOTONIC.
@@ -109,16 +154,23 @@ fn cells(domain: &Domain, axes: &[u8]) -> Result<Vec<Cells>, DomainError> {
     let inhibit_a = domain.readers(Kind::InhibitA, axes)?;
     let inhibit_b = domain.readers(Kind::InhibitB, axes)?;
     let request = domain.readers(Kind::DriveRequest, axes)?;
+    let answer_a = domain.readers(Kind::AnswerA, axes)?;
+    let answer_b = domain.readers(Kind::AnswerB, axes)?;
     let readback = domain.writers(Kind::Readback, axes)?;
     let encoder = domain.writers(Kind::Encoder, axes)?;
     let io = domain.writers(Kind::Io, axes)?;
     let command = domain.writers(Kind::Command, axes)?;
-    let readers = inhibit_a.into_iter().zip(inhibit_b).zip(request);
+    let readers = inhibit_a.into_iter().zip(inhibit_b).zip(request).zip(answer_a.into_iter().zip(answer_b));
     let writers = readback.into_iter().zip(encoder).zip(io).zip(command);
-    let join = |(((inhibit_a, inhibit_b), request), (((readback, encoder), io), command))| Cells {
+    let join = |(
+        (((inhibit_a, inhibit_b), request), (answer_a, answer_b)),
+        (((readback, encoder), io), command),
+    )| Cells {
         inhibit_a,
         inhibit_b,
         request,
+        answer_a,
+        answer_b,
         readback,
         encoder,
         io,
@@ -128,20 +180,22 @@ fn cells(domain: &Domain, axes: &[u8]) -> Result<Vec<Cells>, DomainError> {
 }
 
 impl Drive {
-    fn new(set: &AxisSet, cells: Cells) -> Self {
+    fn new(set: &AxisSet, cells: Cells, bus: Option<BusEnd>, age_factor: u8) -> Self {
         let wiring = Wiring::of(set);
         let signals =
             |slot: usize| Signals::new(wiring.slots[slot], NOISE, u64::from(set.number) * 2 + slot as u64);
         Self {
             number: set.number,
-            control: Control::new(set.profile, Words::of(set).neutral),
+            control: Control::new(set.profile, Words::of(set).neutral, control_bits(set)),
             motor: Motor::new(MotorData::default()),
             signals: [signals(0), signals(1)],
             frozen: [Slot::default(); 2],
             pole_pairs: wiring.pole_pairs.into(),
-            evaluators: [Evaluator::default(); 2],
+            evaluators: [Evaluator::relaxed(age_factor); 2],
             request: DriveRequest::default(),
+            outputs: [[0; 3]; 2],
             io: None,
+            bus,
             cells,
         }
     }
@@ -166,9 +220,12 @@ impl Drive {
         let faults = self.control.faults;
         let sources =
             [(&self.cells.inhibit_a, Fault::StuckPathA), (&self.cells.inhibit_b, Fault::StuckPathB)];
-        for (evaluator, (cell, stuck)) in self.evaluators.iter_mut().zip(sources) {
+        let own = self.evaluators.iter_mut().zip(&mut self.outputs);
+        for ((evaluator, outputs), (cell, stuck)) in own.zip(sources) {
             let driven = cell.read().filter(|(header, _)| header.boot_nonce == nonce);
-            evaluator.step(&driven.map_or_else(Inhibit::default, |(_, driven)| driven));
+            let driven = driven.map_or_else(Inhibit::default, |(_, driven)| driven);
+            evaluator.step(&driven);
+            *outputs = driven.outputs;
             if faults.has(stuck) {
                 evaluator.stick();
             }
@@ -229,18 +286,19 @@ impl Drive {
     }
 
     fn publish_inputs(&mut self, moment: &Moment) {
-        let (word, mut lines) = self.control.show(moment.now_ms);
-        lines.outputs = self.request.outputs;
+        let (word, lines) = self.control.show(moment.now_ms);
         let io = self.io.get_or_insert_with(|| lines.settled());
         lines.sample(io, moment.cycles * moment.cycle_ns);
+        read_back(io, &self.outputs, moment.cycles * moment.cycle_ns);
         self.cells.io.publish(io, moment.now_ns);
+        let exchange = self.cells.encoder.header().sequence;
+        let plain = Command { source: CommandSource::Plain, word, ..Command::default() };
+        let safe = self.bus.as_mut().map_or(plain, |bus| bus.cycle(&self.cells, exchange));
         let command = Command {
-            source: CommandSource::Plain,
             clear_error: self.control.clear_error,
             drive_n0: self.motor.speed_mrpm().abs() < STANDSTILL_MRPM,
             drive_enabled: self.control.drive_enabled,
-            word,
-            ..Command::default()
+            ..safe
         };
         self.cells.command.publish(&command, moment.now_ns);
     }

@@ -10,12 +10,14 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Duration;
 use std::{fmt, fs};
 
+use gateway::udp::Port;
 use params::AxisSet;
 use shm_schema::profile::Profile;
-use sim::control::{Instruction, Script};
+use sim::control::Script;
 use sim::shm::{Domain, DomainError, Place};
 
-use drive::Drives;
+use drive::{BusEnd, Drives};
+use listen::Order;
 use options::Options;
 
 /// Longest wait for the domain.
@@ -64,14 +66,14 @@ pub fn run(arguments: impl Iterator<Item = String>) -> Result<(), Failure> {
     let sets = options.axes.iter().map(|axis| read_set(&options, *axis)).collect::<Result<Vec<_>, _>>()?;
     let place = Place::new(&options.domain, &options.prefix, options.nonce);
     let domain = Domain::open(&place, OPEN_DEADLINE)?;
-    let drives = Drives::new(&domain, &sets, options.cycle_ns())?;
-    let (sender, instructions) = sync_channel(WAITING_MAX);
+    let drives = Drives::new(&domain, &sets, options.cycle_ns(), buses(&options)?, options.age_factor)?;
+    let (sender, orders) = sync_channel(WAITING_MAX);
     let socket = listen::Listener::start(&options.domain, sender).map_err(Failure::Open)?;
     for missing in realtime::prepare(&options) {
         tracing::warn!("{missing}");
     }
     ending::ready(options.ready_fd);
-    cycle(&options, &ending, drives, &instructions, script);
+    cycle(&options, &ending, drives, &orders, script);
     drop(socket);
     Ok(())
 }
@@ -80,7 +82,7 @@ fn cycle(
     options: &Options,
     ending: &ending::Ending,
     mut drives: Drives,
-    instructions: &Receiver<Instruction>,
+    orders: &Receiver<Order>,
     script: Script,
 ) {
     let mut clock = realtime::Periodic::new(options.cycle_ns(), options.phase_us * 1_000);
@@ -89,13 +91,32 @@ fn cycle(
     while !ending.is_wanted() {
         let (cycles, now_ns) = clock.wait();
         elapsed_ns += cycles * options.cycle_ns();
-        let due = |at: &Instruction| at.t_ms.unwrap_or(0.0) * 1e6 <= elapsed_ns as f64;
+        let due = |at: &sim::control::Instruction| at.t_ms.unwrap_or(0.0) * 1e6 <= elapsed_ns as f64;
         while let Some(instruction) = script.next_if(due) {
-            drives.take(&instruction);
+            if let Err(message) = drives.take(&instruction) {
+                tracing::warn!("script: {message}");
+            }
         }
-        instructions.try_iter().for_each(|instruction| drives.take(&instruction));
+        for order in orders.try_iter() {
+            // Nobody waits any more: nothing is lost but the answer.
+            let _ = order.answer.try_send(drives.take(&order.instruction));
+        }
         drives.step(cycles, now_ns);
     }
+}
+
+/// One port after the other for the axes with a bus.
+fn buses(options: &Options) -> Result<Vec<(u8, BusEnd)>, Failure> {
+    let bind = |(at, (axis, protocol)): (usize, &(u8, gateway::Protocol))| {
+        let Some(mut address) = options.gateway else {
+            return Ok((*axis, BusEnd::new(*protocol, None)));
+        };
+        address.set_port(address.port().saturating_add(at as u16));
+        let port = Port::bind(address).map_err(|error| Failure::Open(format!("{address}: {error}")))?;
+        tracing::info!("axis {axis}: black channel at {address}");
+        Ok((*axis, BusEnd::new(*protocol, Some(port))))
+    };
+    options.buses.iter().enumerate().map(bind).collect()
 }
 
 fn read_script(options: &Options) -> Result<Script, Failure> {

@@ -1,9 +1,12 @@
 //! The options of docs/architecture.md, as far as they concern the simulated machine.
 
 use std::fmt::Display;
+use std::net::SocketAddr;
 use std::os::fd::RawFd;
 use std::path::PathBuf;
 use std::str::FromStr;
+
+use gateway::Protocol;
 
 /// All options.
 #[derive(Debug, Clone, Default)]
@@ -30,6 +33,12 @@ pub struct Options {
     pub supervisor_fd: Option<RawFd>,
     /// Written when the cycle starts.
     pub ready_fd: Option<RawFd>,
+    /// Factor on the dead-man of the evaluators: 1 strict, up to 10 relaxed.
+    pub age_factor: u8,
+    /// Black channels by axis.
+    pub buses: Vec<(u8, Protocol)>,
+    /// Where the gateway listens for the first axis with a bus.
+    pub gateway: Option<SocketAddr>,
     /// Script of the simulated master.
     pub script: Option<PathBuf>,
 }
@@ -42,7 +51,7 @@ impl Options {
 
     /// Reads pairs of `--name value`.
     pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, String> {
-        let mut options = Self { cycle_us: 1_000, axes: vec![1], ..Self::default() };
+        let mut options = Self { cycle_us: 1_000, axes: vec![1], age_factor: 1, ..Self::default() };
         while let Some(name) = arguments.next() {
             let value = arguments.next().ok_or_else(|| format!("{name}: expected a value"))?;
             options.take(&name, &value)?;
@@ -68,6 +77,13 @@ impl Options {
             "--lock-fd" => drop(number(name, value, 0, RawFd::MAX)?),
             "--supervisor-fd" => self.supervisor_fd = Some(number(name, value, 0, RawFd::MAX)?),
             "--ready-fd" => self.ready_fd = Some(number(name, value, 0, RawFd::MAX)?),
+            "--age-factor" => self.age_factor = number(name, value, 1, 10)?,
+            "--bus" => self.buses = value.split(',').map(bus).collect::<Result<_, _>>()?,
+            "--gateway" => {
+                let address =
+                    value.parse().map_err(|_| format!("{name} {value:?}: expected ADDRESS:PORT"))?;
+                self.gateway = Some(address);
+            }
             "--script" => self.script = Some(value.into()),
             _ => return Err(format!("{name}: not an option of safepair-sim")),
         }
@@ -90,6 +106,18 @@ impl Options {
             None => Ok(self),
         }
     }
+}
+
+/// `AXIS=PROTOCOL:…`; address and session id concern the channels.
+fn bus(text: &str) -> Result<(u8, Protocol), String> {
+    let expected = || format!("--bus {text:?}: expected AXIS=fsoe:… or AXIS=profisafe:…");
+    let (axis, rest) = text.split_once('=').ok_or_else(expected)?;
+    let protocol = match rest.split(':').next() {
+        Some("fsoe") => Protocol::Fsoe,
+        Some("profisafe") => Protocol::Profisafe,
+        _ => return Err(expected()),
+    };
+    Ok((number("--bus", axis, 1, 64)?, protocol))
 }
 
 fn number<T>(name: &str, value: &str, least: T, most: T) -> Result<T, String>

@@ -4,7 +4,7 @@ mod line;
 mod words;
 
 pub use line::Line;
-pub use words::{Words, code_text};
+pub use words::{Bits, Words, code_text, control_bits, status_bits};
 
 use std::{fmt, io};
 

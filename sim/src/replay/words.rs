@@ -2,8 +2,11 @@
 
 use std::fmt::Write as _;
 
+use std::collections::BTreeMap;
+
 use params::AxisSet;
 use shm_schema::error::ErrorCode;
+use shm_schema::facts::{amk_kw, atv340, etg, etg_6100_2, lenze_sm301};
 use shm_schema::profile::{Profile, common};
 use shm_schema::word::Word;
 
@@ -50,6 +53,47 @@ fn write_hex(out: &mut String, octet: u8) {
         ['0', '1', '2', '3', '4', '5', '6', '7', '8', '9', 'A', 'B', 'C', 'D', 'E', 'F'];
     out.push(DIGITS[usize::from(octet >> 4)]);
     out.push(DIGITS[usize::from(octet & 15)]);
+}
+
+/// Name and number of the bits of one word.
+pub type Bits = BTreeMap<String, u8>;
+
+/// Control bits of a parameter set by their names, with what its `[words]` add (DEC-41).
+pub fn control_bits(set: &AxisSet) -> Bits {
+    let own = match set.profile {
+        Profile::None => &[],
+        Profile::AmkKw => amk_kw::control::BITS,
+        Profile::LenzeSm301 => lenze_sm301::control::BITS,
+        Profile::Atv340 => atv340::control::BITS,
+        Profile::Etg61002 => etg_6100_2::control::BITS,
+    };
+    named(own, set, common::CONTROL_WORD)
+}
+
+/// Status bits of a parameter set by their names, with what its `[words]` add (DEC-41).
+pub fn status_bits(set: &AxisSet) -> Bits {
+    let own = match set.profile {
+        Profile::None => &[],
+        Profile::AmkKw => amk_kw::status::BITS,
+        Profile::LenzeSm301 => lenze_sm301::status::BITS,
+        Profile::Atv340 => atv340::status::BITS,
+        Profile::Etg61002 => etg_6100_2::status::BITS,
+    };
+    named(own, set, common::STATUS_WORD)
+}
+
+fn named(own: &[(&str, u8)], set: &AxisSet, base: u32) -> Bits {
+    let own = own.iter().map(|(name, bit)| ((*name).to_owned(), *bit));
+    let assigned = set.values.range(base..base + 256).filter(|(_, reference)| **reference != 0);
+    let assigned = assigned.map(|(key, reference)| (instance(*reference), (key - base) as u8));
+    own.chain(assigned).collect()
+}
+
+/// A function instance as a parameter file names it.
+fn instance(reference: i32) -> String {
+    let (function, number) = (reference as u32 >> 8, reference & 255);
+    let name = etg::FUNCTIONS.iter().find(|(_, known)| *known == function).map_or("?", |(name, _)| name);
+    format!("{name}_{number}")
 }
 
 /// Appends a code as its profile writes it: AMK `code/info1/info2/info3`, ATV `SME0A9`

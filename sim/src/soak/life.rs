@@ -39,12 +39,17 @@ pub struct Life {
 impl Life {
     /// A settled axis at rest.
     pub fn new(set: &AxisSet, seed: u64) -> Self {
+        Self::with_signals(set, seed, false)
+    }
+
+    /// A settled axis at rest; `raw`: its motion reaches the cores as encoder signals.
+    pub fn with_signals(set: &AxisSet, seed: u64, raw: bool) -> Self {
         let words = Words::of(set);
-        let options = Options { seed, ..Options::default() };
+        let options = Options { seed, raw_encoder: raw, ..Options::default() };
         let cores = Cores::of(set, 1, Start::Settled);
         Self {
             axis: Axis::new(cores, &Wiring::of(set), options),
-            control: Control::new(set.profile, words.neutral),
+            control: Control::new(set.profile, words.neutral, crate::replay::control_bits(set)),
             motor: Motor::new(MotorData::default()),
             faults: Faults::NONE,
             stimulus: crate::replay::idle_stimulus(&words),

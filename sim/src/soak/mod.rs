@@ -2,6 +2,7 @@
 //! commanded at random from a seed, watched by invariants that hold whatever happens. A
 //! life that breaks one is shrunk and written as a trace that `replay` runs.
 
+pub mod campaign;
 mod judge;
 mod life;
 mod plan;

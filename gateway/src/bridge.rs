@@ -1,0 +1,167 @@
+//! Between the newest frame of a fieldbus and the cells of one axis.
+
+use shm_schema::answer::Answer;
+use shm_schema::command::{Command, CommandSource, FRAME_MAX, Frame};
+
+use crate::merge::{Protocol, merge};
+
+/// Exchanges between writing a frame and its being processed: both channels have read the
+/// cell by then, whatever their phases in the cycle.
+pub const LEAD_EXCHANGES: u64 = 2;
+
+/// Octets an F-parameter block may have; no PROFIsafe frame of ours has such a length.
+const F_PARAMETERS: [usize; 4] = [10, 12, 14, 16];
+
+/// The black channel of one axis.
+#[derive(Debug, Clone)]
+pub struct Bridge {
+    protocol: Protocol,
+    source: CommandSource,
+    frame: Frame,
+    length: u16,
+    number: u32,
+    exchange: u64,
+    a: Side,
+    b: Side,
+}
+
+/// What one channel has answered and nobody has sent yet.
+#[derive(Debug, Clone, Default)]
+struct Side {
+    last: Option<u32>,
+    waiting: Option<Answer>,
+}
+
+impl Side {
+    fn take(&mut self, answer: Option<Answer>) {
+        let Some(answer) = answer else { return };
+        let is_news = self.last != Some(answer.number);
+        // Before the first answer of a run the cell is empty: number 0.
+        if is_news && answer.number > 0 {
+            self.last = Some(answer.number);
+            self.waiting = Some(answer);
+        }
+    }
+}
+
+impl Bridge {
+    /// A bridge that has carried nothing.
+    pub fn new(protocol: Protocol) -> Self {
+        let source = match protocol {
+            Protocol::Fsoe => CommandSource::Fsoe,
+            Protocol::Profisafe => CommandSource::Profisafe,
+        };
+        Self {
+            protocol,
+            source,
+            frame: Frame::default(),
+            length: 0,
+            number: 0,
+            exchange: 0,
+            a: Side::default(),
+            b: Side::default(),
+        }
+    }
+
+    /// Takes a frame, or the F-parameter block of a PROFIsafe host (10, 12, 14 or 16 octets).
+    /// `exchange`: sequence of the newest encoder sample. Whether the frame was taken: one
+    /// that is empty or longer than [`FRAME_MAX`] is none.
+    pub fn received(&mut self, octets: &[u8], exchange: u64) -> bool {
+        let fits = (1..=FRAME_MAX).contains(&octets.len());
+        if !fits {
+            return false;
+        }
+        self.source = match self.protocol {
+            Protocol::Fsoe => CommandSource::Fsoe,
+            Protocol::Profisafe if F_PARAMETERS.contains(&octets.len()) => CommandSource::ProfisafeParameters,
+            Protocol::Profisafe => CommandSource::Profisafe,
+        };
+        self.frame = Frame::default();
+        self.frame.0[..octets.len()].copy_from_slice(octets);
+        self.length = octets.len() as u16;
+        self.number = self.number.wrapping_add(1).max(1);
+        self.exchange = exchange.saturating_add(LEAD_EXCHANGES);
+        true
+    }
+
+    /// The frame part of the next `command` cell; the non-safe levels are the caller's.
+    pub fn command(&self) -> Command {
+        Command {
+            source: self.source,
+            frame_number: self.number,
+            frame_exchange: self.exchange,
+            frame_length: self.length,
+            frame: self.frame,
+            ..Command::default()
+        }
+    }
+
+    /// Takes what the `answer` cells show; the frame to send, when both channels have answered
+    /// the same frame. Answers that do not belong together never leave.
+    pub fn answers(&mut self, a: Option<Answer>, b: Option<Answer>) -> Option<Vec<u8>> {
+        self.a.take(a);
+        self.b.take(b);
+        let (from_a, from_b) = (self.a.waiting?, self.b.waiting?);
+        let same = (from_a.frame_number, from_a.digest) == (from_b.frame_number, from_b.digest);
+        if !same {
+            // The one that answered the older frame will not be met any more.
+            let older = if from_a.frame_number < from_b.frame_number { &mut self.a } else { &mut self.b };
+            older.waiting = None;
+            return None;
+        }
+        (self.a.waiting, self.b.waiting) = (None, None);
+        let octets = |answer: &Answer| answer.frame.0.get(..answer.length.into()).map(<[u8]>::to_vec);
+        let merged = merge(self.protocol, &octets(&from_a)?, &octets(&from_b)?)?;
+        (!merged.is_empty()).then_some(merged)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(number: u32, frame_number: u32, digest: u32, octet: u8) -> Option<Answer> {
+        let mut frame = Frame::default();
+        frame.0[..7].fill(octet);
+        Some(Answer { frame_number, digest, number, length: 7, frame })
+    }
+
+    #[test]
+    fn a_frame_is_due_in_both_channels_two_exchanges_later() {
+        let mut bridge = Bridge::new(Protocol::Fsoe);
+        assert_eq!(bridge.command().frame_number, 0);
+        assert!(bridge.received(&[1; 7], 100));
+        let command = bridge.command();
+        assert_eq!((command.frame_number, command.frame_exchange, command.frame_length), (1, 102, 7));
+        assert_eq!(command.source, CommandSource::Fsoe);
+        assert!(!bridge.received(&[0; 257], 100) & !bridge.received(&[], 100));
+        assert_eq!(bridge.command(), command, "what is no frame changes nothing");
+    }
+
+    #[test]
+    fn a_frame_leaves_once_when_both_have_answered_the_same_one() {
+        let mut bridge = Bridge::new(Protocol::Fsoe);
+        assert_eq!(bridge.answers(answer(1, 1, 9, 0xA0), None), None);
+        let sent = bridge.answers(answer(1, 1, 9, 0xA0), answer(1, 1, 9, 0xB0));
+        assert_eq!(sent.as_deref(), Some(&[0xA0, 0xA0, 0xA0, 0xB0, 0xB0, 0xA0, 0xA0][..]));
+        assert_eq!(bridge.answers(answer(1, 1, 9, 0xA0), answer(1, 1, 9, 0xB0)), None, "and not again");
+    }
+
+    #[test]
+    fn answers_to_different_frames_or_digests_never_leave() {
+        let mut bridge = Bridge::new(Protocol::Fsoe);
+        assert_eq!(bridge.answers(answer(1, 1, 9, 1), answer(1, 1, 8, 2)), None);
+        assert_eq!(bridge.answers(answer(2, 2, 9, 1), answer(1, 1, 8, 2)), None);
+        let sent = bridge.answers(answer(2, 2, 9, 1), answer(2, 2, 9, 2));
+        assert!(sent.is_some(), "the next frame that both answer leaves");
+    }
+
+    #[test]
+    fn a_block_of_f_parameters_is_known_by_its_length() {
+        let mut bridge = Bridge::new(Protocol::Profisafe);
+        bridge.received(&[0; 10], 1);
+        assert_eq!(bridge.command().source, CommandSource::ProfisafeParameters);
+        bridge.received(&[0; 8], 1);
+        assert_eq!(bridge.command().source, CommandSource::Profisafe);
+    }
+}
