@@ -23,12 +23,19 @@ pub struct Line {
     constant_for: u64,
     level: bool,
     history: u64,
+    /// Samples that have to agree, as a mask of the history.
+    agreeing: u64,
 }
 
 impl Line {
     /// A line that reads low until it has proven otherwise.
     pub fn new(filter: u64) -> Self {
-        Self { filter, ..Self::default() }
+        Self { filter, agreeing: GLITCH_MASK, ..Self::default() }
+    }
+
+    /// The same without a glitch filter in front (Lenze, LNZ-IN-11).
+    pub fn unglitched(filter: u64) -> Self {
+        Self { agreeing: 1, ..Self::new(filter) }
     }
 
     /// The line has stood like this for ever.
@@ -48,7 +55,7 @@ impl Line {
     pub fn take(&mut self, pattern: u64, new: u64) {
         if new > PATTERN {
             // Samples were lost: the level has to prove itself again (DEC-18).
-            *self = Self::new(self.filter);
+            *self = Self { agreeing: self.agreeing, ..Self::new(self.filter) };
         }
         let new = new.min(PATTERN);
         if self.is_quiet(pattern, new) {
@@ -64,14 +71,14 @@ impl Line {
         let mask = u64::MAX.checked_shr(PATTERN.saturating_sub(new) as u32).unwrap_or(0);
         let expected = if self.level { u64::MAX } else { 0 };
         let fresh_agree = (pattern ^ expected) & mask == 0;
-        let old_agree = (self.history ^ expected) & GLITCH_MASK == 0;
+        let old_agree = (self.history ^ expected) & self.agreeing == 0;
         fresh_agree & old_agree & (self.glitch_free == self.level)
     }
 
     fn sample(&mut self, high: bool) {
         self.history = (self.history << 1) | u64::from(high);
-        let last = self.history & GLITCH_MASK;
-        let settled = (last == 0) | (last == GLITCH_MASK);
+        let last = self.history & self.agreeing;
+        let settled = (last == 0) | (last == self.agreeing);
         self.constant_for = self.constant_for.saturating_add(1);
         if settled & (self.glitch_free != high) {
             self.glitch_free = high;
@@ -167,6 +174,19 @@ mod tests {
             samples += 1;
         }
         assert_eq!(samples, 4 + 16);
+    }
+
+    #[test]
+    fn without_a_glitch_filter_the_time_alone_counts() {
+        // LNZ-IN-11: low from one sample on for 2 ms
+        let mut line = Line::unglitched(filter_samples(2_000));
+        line.settle(true);
+        let mut samples = 0;
+        while line.level() {
+            line.take(0, 1);
+            samples += 1;
+        }
+        assert_eq!(samples, 33);
     }
 
     #[test]

@@ -28,6 +28,7 @@ pub mod guard;
 mod image;
 mod inputs;
 mod monitor;
+mod outputs;
 mod partner;
 mod path;
 mod profile;

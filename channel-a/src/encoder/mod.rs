@@ -57,6 +57,8 @@ pub struct Selection {
     pub slot: u8,
     /// Periods (or pole pairs) of one revolution.
     pub periods: i64,
+    /// It counts against the direction of the motor (C15409, SC07; SC03 without encoder).
+    pub inverted: bool,
 }
 
 /// Position and speed.
@@ -148,8 +150,9 @@ impl Evaluation {
         let scale = self.scale(slot.kind).ok_or(Fault::Absent)?;
         let fine = self.fine(&slot, sample.sequence)?;
         self.check_frozen(&slot, sample.payload.drive_position)?;
-        let position = scale.position(fine).wrapping_add(self.offset);
-        let speed = self.speed(fine, &scale, sample).unwrap_or(self.reading.speed);
+        let position = self.turned(scale.position(fine)).wrapping_add(self.offset);
+        let measured = self.speed(fine, &scale, sample).map(|speed| self.turned(speed));
+        let speed = measured.unwrap_or(self.reading.speed);
         let point = Point { fine, sequence: sample.sequence, timestamp_ns: sample.timestamp_ns };
         self.history.rotate_right(1);
         self.history[0] = point;
@@ -160,6 +163,10 @@ impl Evaluation {
         }
         self.reading = Reading { position, speed };
         Ok(self.reading)
+    }
+
+    const fn turned(&self, value: i64) -> i64 {
+        if self.selection.inverted { value.wrapping_neg() } else { value }
     }
 
     fn scale(&self, kind: SlotKind) -> Option<Scale> {

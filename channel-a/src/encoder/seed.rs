@@ -18,7 +18,7 @@ impl Evaluation {
         let Some(scale) = seeded.scale(seeded.raw.kind) else { return };
         let stated = u64::from(sample.payload.period_ns);
         let period_ns = if stated == 0 { cycle_ns } else { stated };
-        let per_sample = i128::from(motion.speed_mrpm)
+        let per_sample = i128::from(seeded.turned(i64::from(motion.speed_mrpm)))
             .wrapping_mul(i128::from(scale.revolution))
             .wrapping_mul(i128::from(period_ns));
         let newest = seeded.history[0];

@@ -19,8 +19,11 @@ fn sampled(slot: Slot, sequence: u64) -> Sampled<Encoder> {
     Sampled { sequence, timestamp_ns: sequence * 1_000_000, crc32: 0, payload: encoder }
 }
 
+const SINE: Selection =
+    Selection { kind: Some(SlotKind::SineCosine), slot: 0, periods: 1_024, inverted: false };
+
 fn sine() -> Evaluation {
-    Evaluation::new(Selection { kind: Some(SlotKind::SineCosine), slot: 0, periods: 1_024 })
+    Evaluation::new(SINE)
 }
 
 #[test]
@@ -36,6 +39,18 @@ fn a_sine_encoder_gives_position_and_speed_at_every_speed_and_direction() {
                 assert!((reading.speed as f64 / 1000.0 - rpm).abs() < 0.5, "{rpm} {k}: {}", reading.speed);
             }
         }
+    }
+}
+
+#[test]
+fn an_encoder_that_counts_against_the_motor_is_turned_round() {
+    // C15409, SC07
+    let mut evaluation = Evaluation::new(Selection { inverted: true, ..SINE });
+    for k in 1..20_u64 {
+        let revolutions = 1_500.0 / 60_000.0 * k as f64;
+        let reading = evaluation.take(&sampled(sine_slot(revolutions, 1_024.0), k)).unwrap();
+        assert!((reading.position + (revolutions * 65_536.0).floor() as i64).abs() <= 1);
+        assert!(k < 3 || (reading.speed + 1_500_000).abs() < 500);
     }
 }
 
@@ -131,7 +146,8 @@ fn skipped_samples_are_no_jump() {
     for kind in [SlotKind::SineCosine, SlotKind::Resolver] {
         let periods = if kind == SlotKind::Resolver { 1 } else { 1_024 };
         for rpm in [3_000.0, -3_000.0, 12_000.0] {
-            let mut evaluation = Evaluation::new(Selection { kind: Some(kind), slot: 0, periods });
+            let mut evaluation =
+                Evaluation::new(Selection { kind: Some(kind), slot: 0, periods, inverted: false });
             let mut k = 1_u64;
             for skipped in [0, 0, 0, 0, 0, 0, 2, 0, 1, 0, 0, 10, 0, 2, 2, 0, 0] {
                 k += 1 + skipped;
@@ -182,7 +198,8 @@ fn a_settled_start_has_the_speed_and_position_of_its_motion_and_follows_a_ramp()
         [(SlotKind::SineCosine, 1_024_i64), (SlotKind::Resolver, 1), (SlotKind::Digital, 1)]
     {
         for (rpm, ramp) in [(0.0, 0.0), (1_500.0, 0.0), (-3_000.0, 5_000.0), (0.0, -5_000.0), (0.4, 0.0)] {
-            let mut evaluation = Evaluation::new(Selection { kind: Some(kind), slot: 0, periods });
+            let mut evaluation =
+                Evaluation::new(Selection { kind: Some(kind), slot: 0, periods, inverted: false });
             let speed_at = |k: f64| rpm + ramp * k / 1_000.0;
             for k in 0..300_u64 {
                 let t = k as f64;
@@ -231,7 +248,8 @@ fn a_status_fault_or_an_empty_slot_is_a_fault() {
 
 #[test]
 fn a_resolver_is_followed_over_the_turn() {
-    let mut evaluation = Evaluation::new(Selection { kind: Some(SlotKind::Resolver), slot: 0, periods: 1 });
+    let mut evaluation =
+        Evaluation::new(Selection { kind: Some(SlotKind::Resolver), slot: 0, periods: 1, inverted: false });
     for k in 1..2_000_u64 {
         let revolutions = -3_000.0 / 60_000.0 * k as f64;
         let slot = Slot { kind: SlotKind::Resolver, count: 0, ..sine_slot(revolutions, 1.0) };

@@ -34,6 +34,9 @@ impl Monitor {
         self.driving = driving;
         flow.pass(7);
         let report = self.report(inputs, requests, exchange, (sto, ready, driving, test_pulse), flow);
+        // Channel A owns the lines .1: bits 0 and 2.
+        let levels = report.drive.outputs;
+        let outputs = self.outputs.drive([levels & 1 != 0, levels & 4 != 0]);
         self.partner.keep(Own {
             exchange,
             phase: self.phase,
@@ -48,7 +51,7 @@ impl Monitor {
         });
         Outputs {
             report,
-            inhibit: Inhibit { permit: driving, edges: self.path.edges(), ..Inhibit::default() },
+            inhibit: Inhibit { permit: driving, edges: self.path.edges(), outputs },
             answer: None,
         }
     }

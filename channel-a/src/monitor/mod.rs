@@ -17,6 +17,7 @@ use crate::engine::Sample;
 use crate::errors::{Class, Errors};
 use crate::fresh::{Fresh, Missed, Patience};
 use crate::image::{Image, Refusal};
+use crate::outputs::Outputs as Lines;
 use crate::partner::{Findings, Partner};
 use crate::path::{Follow, Path, PathFault};
 use crate::profile::{self, Fault, Outside, Program, Requests};
@@ -52,6 +53,7 @@ pub struct Monitor {
     path: Path,
     own_follow: Follow,
     partner_follow: Follow,
+    outputs: Lines,
     readback_missed: Missed,
     producer_stamps: Measured,
     producer_count: Measured,
@@ -101,6 +103,7 @@ impl Monitor {
             path: Path::new(setup.cycle_ns, patience),
             own_follow: Follow::new(patience),
             partner_follow: Follow::new(patience),
+            outputs: Lines::new(program.gaps, program.supplies, setup.cycle_ns, patience),
             readback_missed: Missed::new(patience),
             producer_stamps: Measured::new(patience),
             producer_count: Measured::new(patience),
@@ -220,6 +223,7 @@ impl Monitor {
     fn by_frequency(&self, encoder: &Encoder) -> Reading {
         let turns = i64::from(encoder.frequency_mhz).saturating_mul(60);
         let speed = turns.checked_div(self.program.encoder.periods).unwrap_or(0);
+        let speed = if self.program.encoder.inverted { speed.wrapping_neg() } else { speed };
         Reading { position: 0, speed }
     }
 
@@ -367,6 +371,14 @@ impl Monitor {
             settle: self.settles_now(),
             operational: self.phase == Phase::Operational,
         };
+        let readback = outside
+            .io
+            .map(|io| (io.samples, [io.output_readback[0], io.output_readback[2], io.dynamic_readback[0]]));
+        for (line, faulty) in (0..).zip(self.outputs.judge(readback)) {
+            if let Some((code, class)) = self.program.rules.output_code(line).filter(|_| faulty) {
+                self.errors.raise(code, class);
+            }
+        }
         let used = self.program.used;
         let watches = self.program.watches.get(..used).unwrap_or(&[]);
         let requests = self.program.rules.requests(&outside, watches, &self.program.stops);

@@ -15,6 +15,7 @@ use crate::engine::{Range, Side};
 use crate::errors::Class;
 use crate::image::Image;
 use crate::inputs::{Line, Pulses, filter_samples};
+use crate::outputs::Gaps;
 use crate::partner::{Findings, Tolerance};
 use crate::path::PathFault;
 
@@ -161,10 +162,16 @@ pub fn build(image: &Image, program: &mut Program) {
     );
     program.tolerance =
         Tolerance { position: p(2), speed: p(3).saturating_mul(RPM), time_ns: tolerance_ns(p(105)) };
+    // AMK-DYN-09: SA1.1 and SA2.1 by their switches, SDYN1 always.
+    let gaps = |on: bool, pulse: u32, period: u32| {
+        if on { Gaps::new(p(pulse), p(period)) } else { Gaps::default() }
+    };
+    program.gaps = [gaps(p(87) == 1, 88, 89), gaps(p(93) == 1, 94, 95), gaps(true, 99, 100)];
+    program.supplies = true;
     let resolver = p(4) == 0;
     let kind = if resolver { SlotKind::Resolver } else { SlotKind::SineCosine };
     let periods = if resolver { 1 } else { p(6) };
-    program.encoder = Selection { kind: Some(kind), slot: 0, periods };
+    program.encoder = Selection { kind: Some(kind), slot: 0, periods, inverted: false };
     // AMK-SEM-10: a resolver is exempt.
     let period = 65_536_i64.checked_div(p(6)).unwrap_or(1).max(1);
     program.sem = (!resolver).then(|| Sem::new(p(9), p(10), period));

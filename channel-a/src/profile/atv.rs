@@ -128,7 +128,10 @@ fn selection(image: &Image, common: Selection, pole_pairs: i64) -> Selection {
         8 => (SlotKind::Resolver, resolution),
         _ => (SlotKind::Encoderless, pole_pairs),
     };
-    Selection { kind: Some(kind), periods, slot: common.slot }
+    // Without encoder the phase order decides what the output frequency means (SC03).
+    let number = if kind == SlotKind::Encoderless { 3 } else { 7 };
+    let inverted = image.value(number) == 1;
+    Selection { kind: Some(kind), periods, slot: common.slot, inverted }
 }
 
 impl Atv {

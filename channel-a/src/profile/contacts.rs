@@ -32,7 +32,7 @@ enum State {
 impl Contact {
     /// Filter in samples of 62.5 µs, discrepancy time in ns.
     pub fn new(filter: u64, limit_ns: u64) -> Self {
-        Self { own: Line::new(filter), other: Line::new(filter), limit_ns, state: State::Off }
+        Self { own: Line::unglitched(filter), other: Line::unglitched(filter), limit_ns, state: State::Off }
     }
 
     /// The lines have stood like this for ever.

@@ -19,6 +19,7 @@ use crate::engine::{Range, Sample};
 use crate::errors::Class;
 use crate::image::Image;
 use crate::inputs::filter_samples;
+use crate::outputs::Gaps;
 use crate::partner::Findings;
 use crate::path::PathFault;
 
@@ -40,6 +41,9 @@ const KNOWN: u32 = ACTIVE_LOW | 1 << 9 | 1 << 11 | 1 << 16 | 1 << 17 | 1 << 24;
 const NEUTRAL: u32 = 0x0180_01FF;
 /// What needs an encoder (LNZ-SPD-09), as control bits.
 const NEEDS_ENCODER: u32 = 0x0000_01FC;
+/// Gap of the clock output, µs, below 1 ms, and its period, ms (LNZ-PAS-02).
+const CLOCK_GAP_US: i64 = 500;
+const CLOCK_PERIOD_MS: i64 = 2_000;
 const SLI_REQUEST: u8 = 10;
 const SMS: u16 = 105;
 const SLI: u16 = 111;
@@ -112,6 +116,8 @@ pub struct Lenze {
     output_and: bool,
     resolver: bool,
     window: Range,
+    /// Speed of the step before, 1/1000 rpm.
+    speed: i64,
 }
 
 fn code(image: &Image, number: u32, subcode: u32) -> i64 {
@@ -190,6 +196,9 @@ pub fn build(image: &Image, program: &mut Program) {
         Reaction::Sto,
     ));
     stops(image, program);
+    // LNZ-PAS-02: the clock output CLA, short gaps every 2 s.
+    program.gaps = [Gaps::default(), Gaps::default(), Gaps::new(CLOCK_GAP_US, CLOCK_PERIOD_MS)];
+    program.supplies = true;
     let resolver = c(15_400) == 2;
     program.encoder = encoder(image, program.encoder, resolver);
     program.rules = Rules::Lenze(rules(image, resolver));
@@ -202,7 +211,7 @@ fn encoder(image: &Image, common: Selection, resolver: bool) -> Selection {
         _ if resolver => (Some(SlotKind::Resolver), c(15_430)),
         _ => (Some(SlotKind::SineCosine), c(15_420)),
     };
-    Selection { kind, periods, slot: common.slot }
+    Selection { kind, periods, slot: common.slot, inverted: c(15_409) == 1 }
 }
 
 fn stops(image: &Image, program: &mut Program) {
@@ -304,6 +313,7 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         output_and: code(image, 15_055, 1) == 1,
         resolver,
         window: Range::symmetric(c(15_310).saturating_mul(RPM)),
+        speed: 0,
     }
 }
 
@@ -417,11 +427,11 @@ impl Lenze {
         };
         self.special_requested = special;
         let confirmed = edge(&mut self.enable_armed, enable);
-        // LNZ-OMS-22: the limited speed has to be monitored and kept.
+        // LNZ-OMS-22: the limited speed has to be monitored and kept, as the status says it.
         let limited = |watch: &Watch| {
             let wanted =
                 watch.plan.request.is_some_and(|bit| self.motion == 1_u32.wrapping_shl(u32::from(bit)));
-            wanted & watch.active()
+            wanted & is_monitored(watch, self.speed)
         };
         let kept = (self.motion == 0) | watches.iter().any(limited);
         let left = matches!(self.mode, Mode::Special(false)) & !special;
@@ -505,6 +515,7 @@ impl Lenze {
 
     /// SLS and SMS: back inside within C15350, or STO with 102 (LNZ-SMS-06).
     pub fn respond(&mut self, scene: &Scene) -> Response {
+        self.speed = scene.sample.speed;
         let Scene { watches, sample, monitored, .. } = *scene;
         let outside = |watch: &&Watch| {
             let speed = watch.plan.quantity == Quantity::Speed;
@@ -563,9 +574,6 @@ impl Lenze {
         }
         for watch in state.watches {
             let Some(request) = watch.plan.request else { continue };
-            let inside = watch.plan.window.left_by(state.sample.speed).is_none();
-            // LNZ-SLS-02: from V1.3 as soon as the speed is below the limit.
-            let early = (watch.plan.quantity == Quantity::Speed) & watch.engaged() & inside;
             let monitored = match request {
                 control::SLS1..=control::SLS4 => Some(status::SLS1_MONITORED + (request - control::SLS1)),
                 control::SDIPOS => Some(status::SDIPOS_MONITORED),
@@ -574,7 +582,7 @@ impl Lenze {
             };
             set(request, watch.engaged());
             if let Some(bit) = monitored {
-                set(bit, watch.active() | early);
+                set(bit, is_monitored(watch, state.sample.speed));
             }
         }
         Word::from_u32(word)
@@ -639,6 +647,13 @@ impl Lenze {
         };
         (ErrorCode::single(number), class)
     }
+}
+
+/// LNZ-SLS-02: a limited speed from V1.3 on as soon as the speed is below the limit.
+fn is_monitored(watch: &Watch, speed: i64) -> bool {
+    let inside = watch.plan.window.left_by(speed).is_none();
+    let early = (watch.plan.quantity == Quantity::Speed) & watch.engaged() & inside;
+    watch.active() | early
 }
 
 /// The function's number is its code.

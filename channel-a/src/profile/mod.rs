@@ -26,6 +26,7 @@ use crate::engine::stop::{self, Demand, Stops};
 use crate::engine::watch::{Plan, Violation, Watch};
 use crate::errors::Class;
 use crate::image::{Image, Refusal};
+use crate::outputs::{Gaps, LINES};
 use crate::partner::{Findings, Tolerance};
 use crate::path::PathFault;
 
@@ -169,6 +170,10 @@ pub struct Program {
     pub profile: Profile,
     /// Process data on the black channel.
     pub telegram: Telegram,
+    /// Test pulses of the own safe outputs.
+    pub gaps: [Gaps; LINES],
+    /// The third own line is a supply that is always on.
+    pub supplies: bool,
     /// The encoder.
     pub encoder: Selection,
     /// Supervision of standstill, where the profile has it.
@@ -205,7 +210,9 @@ impl Program {
             tolerance: Tolerance::default(),
             profile: Profile::None,
             telegram: Telegram::NONE,
-            encoder: Selection { kind: None, slot: 1, periods: 1 },
+            gaps: [Gaps::default(); LINES],
+            supplies: false,
+            encoder: Selection { kind: None, slot: 1, periods: 1, inverted: false },
             sem: None,
             rules: Rules::Refused,
         }
@@ -249,6 +256,7 @@ impl Program {
             kind: None,
             slot: image.value(common::ENCODER_A) as u8,
             periods: image.value(common::PERIODS_PER_REVOLUTION),
+            inverted: false,
         };
     }
 }
@@ -337,6 +345,16 @@ impl Rules {
             // ATV-PSF-17
             (Self::Atv(_), BusFault::Integrity) => Some((ErrorCode::single(0x147), Class::Cause)),
             (Self::Atv(_), BusFault::Watchdog) => Some((ErrorCode::single(0x153), Class::Cause)),
+            _ => None,
+        }
+    }
+
+    /// Code and class of an own safe output that does not follow, by its number from 0.
+    pub const fn output_code(&self, line: u8) -> Option<(ErrorCode, Class)> {
+        match self {
+            // 3606/27: channel 1, Info3 the number of the output.
+            Self::Amk(_) => Some((ErrorCode::amk(3606, 27, 1, line as u32 + 1), Class::Cause)),
+            Self::Lenze(_) => Some((ErrorCode::single(89), Class::Flaw)),
             _ => None,
         }
     }

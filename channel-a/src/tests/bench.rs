@@ -56,6 +56,8 @@ pub struct Bench {
     /// Raw signals of a sine encoder with 1,024 periods; the motion only in the first cycle.
     pub raw: bool,
     pub lines: [bool; 4],
+    /// Pattern of all lines in place of a level.
+    pub line_patterns: Option<u64>,
     pub partner: Option<Report>,
     pub partner_changes: fn(&mut Report),
     pub partner_alive: bool,
@@ -63,6 +65,8 @@ pub struct Bench {
     /// Crosscheck goes on, but echoes what it had read last.
     pub echo_alive: bool,
     pub overruns: u8,
+    /// What the producer returns of the own output lines, from what was driven.
+    pub returned: Option<fn(usize, u64) -> u64>,
     pub encoder_alive: bool,
     /// The producer's own cycle in ours.
     pub stretch: f64,
@@ -98,12 +102,14 @@ impl Bench {
             travel: true,
             raw: false,
             lines: [true; 4],
+            line_patterns: None,
             partner: None,
             partner_changes: |_| {},
             partner_alive: true,
             agreement_alive: true,
             echo_alive: true,
             overruns: 0,
+            returned: None,
             encoder_alive: true,
             stretch: 1.0,
             command_alive: true,
@@ -143,7 +149,7 @@ impl Bench {
         };
         let only_raw = self.raw && self.k > 0;
         let pattern = |high: bool| if high { u64::MAX } else { 0 };
-        let lines = self.lines.map(pattern);
+        let lines = self.line_patterns.map_or(self.lines.map(pattern), |pattern| [pattern; 4]);
         let io = Io {
             samples: 16 * (self.k + 1),
             line_1: lines,
@@ -152,6 +158,7 @@ impl Bench {
             aie: self.aie,
             ..Io::default()
         };
+        let io = self.with_readback(io);
         let command = Command {
             source: CommandSource::Plain,
             clear_error: self.clear,
@@ -196,6 +203,16 @@ impl Bench {
             overruns: self.overruns,
             image_sound: true,
         }
+    }
+
+    /// Driven in the step before, the newest sample in bit 0.
+    fn with_readback(&self, mut io: Io) -> Io {
+        if let Some((returned, outputs)) = self.returned.zip(self.last) {
+            let [first, second, supply] = outputs.inhibit.outputs.map(|line| line.reverse_bits() >> 48);
+            io.output_readback = [returned(0, first), 0, returned(1, second), 0];
+            io.dynamic_readback = [returned(2, supply), 0];
+        }
+        io
     }
 
     /// A frame for the step `ahead` exchanges behind the next one.

@@ -303,3 +303,32 @@ fn two_mode_selectors_are_refused() {
     assert_eq!(report.phase, Phase::Refused);
     assert_eq!(report.errors.codes[0].code, 167);
 }
+
+#[test]
+fn an_input_acts_after_two_milliseconds_and_its_delay() {
+    // LNZ-IN-11, DEC-02, DEC-24: low from 100.0 ms on
+    for (delay, at) in [(0, 102), (20, 122)] {
+        let set = [(15_030, 1, 2), (15_031, 1, 1), (15_034, 1, delay), (15_033, 1, 100)];
+        let mut bench = bench(&set);
+        bench.until(99);
+        // Of the samples of cycle 100 only the newest is low.
+        bench.line_patterns = Some(u64::MAX - 1);
+        bench.step();
+        bench.line_patterns = None;
+        bench.lines[0] = false;
+        assert_eq!(bench.first(200, |_| 0.0, |report| report.status.bit(0)), Some(at));
+    }
+}
+
+#[test]
+fn the_enable_switch_need_not_wait_for_the_stop_of_special_operation() {
+    // LNZ-OMS-14, LNZ-OMS-22: C15200 SS1, C15201 SLS1
+    let set = [(15_200, 0, 1), (15_201, 0, 3), (15_330, 1, 50), (15_331, 1, 500), (15_100, 0, 1)];
+    let mut bench = bench(&set);
+    bench.until(49);
+    bench.word |= OMS;
+    assert_eq!(bench.until(59).stop, Stop::Ss1);
+    bench.word |= ES;
+    let report = bench.until(60);
+    assert_eq!((report.status.bit(9), report.stop), (true, Stop::None));
+}

@@ -8,6 +8,7 @@ mod bus;
 mod encoder;
 mod etg;
 mod lenze;
+mod outputs;
 mod robust;
 mod startup;
 mod timing;
