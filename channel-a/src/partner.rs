@@ -138,6 +138,8 @@ pub struct Partner {
     pub exchange: u64,
     /// The partner's path was refreshed as of its last report.
     pub driving: bool,
+    /// The report of this step says that the partner's edge was withheld.
+    pub test_pulse: bool,
     told: Option<Told>,
     agreement: Heard,
     echoed: bool,
@@ -169,6 +171,7 @@ impl Partner {
             found: Findings::default(),
             exchange: 0,
             driving: false,
+            test_pulse: false,
             told: None,
             agreement: Heard::default(),
             echoed: false,
@@ -231,6 +234,7 @@ impl Partner {
             self.differences.clear();
         }
         let fresh = sample.filter(|sample| sample.sequence != self.sequence);
+        self.test_pulse = fresh.is_some_and(|sample| sample.payload.test_pulse);
         if let Some(sample) = fresh {
             self.sequence = sample.sequence;
             self.driving = sample.payload.driving;

@@ -19,7 +19,7 @@ use crate::fresh::{Fresh, Missed, Patience};
 use crate::image::{Image, Refusal};
 use crate::outputs::Outputs as Lines;
 use crate::partner::{Findings, Partner};
-use crate::path::{Follow, Path, PathFault};
+use crate::path::{Follow, Path, PathFault, Pause};
 use crate::profile::{self, Fault, Outside, Program, Requests};
 use crate::startup::{Conditions, Startup};
 
@@ -53,6 +53,8 @@ pub struct Monitor {
     path: Path,
     own_follow: Follow,
     partner_follow: Follow,
+    partner_pause: Pause,
+    readback_sequence: u64,
     outputs: Lines,
     readback_missed: Missed,
     producer_stamps: Measured,
@@ -103,6 +105,8 @@ impl Monitor {
             path: Path::new(setup.cycle_ns, patience),
             own_follow: Follow::new(patience),
             partner_follow: Follow::new(patience),
+            partner_pause: Pause::new(patience),
+            readback_sequence: 0,
             outputs: Lines::new(program.gaps, program.supplies, setup.cycle_ns, patience),
             readback_missed: Missed::new(patience),
             producer_stamps: Measured::new(patience),
@@ -277,20 +281,36 @@ impl Monitor {
         if late & self.startup.judges_overruns() {
             self.raise(Fault::Overrun);
         }
+        self.paths(inputs, now_ns);
+    }
+
+    /// Both paths: they follow, and their tests are seen.
+    fn paths(&mut self, inputs: &Inputs, now_ns: u64) {
         let readback = inputs.readback.as_ref().ok();
         let missed = self.readback_missed.step(readback.map(|cell| cell.sequence));
-        let readback = readback.map(|cell| cell.payload);
-        self.path.look_back(readback.as_ref(), now_ns);
-        let blind = missed & self.driving;
-        let own_reads = if blind { Some(false) } else { readback.map(|cell| cell.path_a) };
+        let news = readback.filter(|cell| cell.sequence != self.readback_sequence);
+        self.readback_sequence = news.map_or(self.readback_sequence, |cell| cell.sequence);
+        let news = news.map(|cell| &cell.payload);
+        let seen_own = news.map(|seen| (seen.path_a, seen.edges_a));
+        let own_stuck = self.path.look_back(self.driving, seen_own, now_ns);
+        if self.partner.test_pulse {
+            self.partner_pause.begin();
+        }
+        let seen_partner = news.map(|seen| (seen.path_b, seen.edges_b));
+        let partner_passed = self.partner_pause.step(self.partner.driving, seen_partner);
         if self.settles_now() {
             return;
         }
-        if let Some(fault) = self.own_follow.step(self.driving, own_reads) {
+        let blind = missed & self.driving;
+        let own_reads = if blind { Some(false) } else { readback.map(|cell| cell.payload.path_a) };
+        let own_fault = self.own_follow.step(self.driving, own_reads);
+        if let Some(fault) = own_fault.or(own_stuck.then_some(PathFault::StuckOn)) {
             self.raise(Fault::OwnPath(fault));
         }
-        let partner_reads = readback.map(|cell| cell.path_b);
-        if let Some(fault) = self.partner_follow.step(self.partner.driving, partner_reads) {
+        let partner_reads = readback.map(|cell| cell.payload.path_b);
+        let partner_fault = self.partner_follow.step(self.partner.driving, partner_reads);
+        let partner_stuck = (partner_passed == Some(false)).then_some(PathFault::StuckOn);
+        if let Some(fault) = partner_fault.or(partner_stuck) {
             // A partner that has died no longer says that it stopped driving.
             if fault == PathFault::StuckOn || self.phase == Phase::Operational {
                 self.raise(Fault::PartnerPath(fault));

@@ -392,11 +392,8 @@ pub fn difference_codes(found: &Findings, raise: &mut dyn FnMut(ErrorCode, Class
         }
         other &= !mask;
     }
-    let emergency = found.inputs & 0b100 != 0;
-    if emergency {
-        raise(ErrorCode::amk(3606, CROSS, 7, 0), Class::Cause);
-    }
-    let rest = (other != 0) | (found.inputs & !0b100 != 0);
+    // Info2 7, the emergency stop bit, is no item of this profile's words.
+    let rest = (other | found.inputs) != 0;
     if rest | found.other {
         raise(ErrorCode::amk(3606, CROSS, 8, 0), Class::Cause);
     }

@@ -245,7 +245,8 @@ impl Atv {
         let ended = state.stops.ended().is_some() | self.sls_stopped;
         set(status::STO, state.sto);
         set(status::SAFETY_ERROR, state.error);
-        set(status::RESTART_REQUIRED, state.sto & ended & !state.error);
+        // ATV-PSF-09: an error changes nothing about the stop that is active.
+        set(status::RESTART_REQUIRED, state.sto & ended);
         if !state.sto {
             let sms = |request: u8| {
                 let mut watches = state.watches.iter();
@@ -297,7 +298,8 @@ impl Atv {
         let (number, class) = match fault {
             Fault::Encoder(fault) => self.encoder_code(fault),
             Fault::EncoderStale => (0x094, Class::Cause),
-            Fault::PartnerLost | Fault::Position | Fault::Speed => (0x02C, Class::Cause),
+            Fault::Position | Fault::Speed => (0x02C, Class::Cause),
+            Fault::PartnerLost => (0x0D4, Class::Cause),
             Fault::Identity => (0x032, Class::Cause),
             Fault::Image => (0x032, Class::Restart),
             Fault::Clock => (0x0D4, Class::Restart),
@@ -328,11 +330,11 @@ pub fn watch_code(violation: Violation) -> (ErrorCode, Class) {
     (ErrorCode::single(number), Class::Limit)
 }
 
-/// The channels differ: the frequency deviation is the module's only code for it.
+/// The channels differ: the nearest code of the catalogue (docs/decisions/0002).
 pub fn difference_codes(found: &Findings, raise: &mut dyn FnMut(ErrorCode, Class)) {
     let differs = (found.status | found.inputs) != 0;
     if differs | found.other {
-        raise(ErrorCode::single(0x02C), Class::Cause);
+        raise(ErrorCode::single(0x0D4), Class::Cause);
     }
 }
 

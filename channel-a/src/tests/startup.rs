@@ -236,3 +236,34 @@ fn a_stop_requested_with_the_edge_keeps_the_start_waiting() {
     bench.word |= STO;
     assert_eq!(bench.until(at + 20).phase, Phase::AwaitAcknowledge, "the edge is gone");
 }
+
+#[test]
+fn a_path_that_is_stuck_under_torque_is_found_by_its_next_test() {
+    // Design 8, AMK-PATH-01: a stuck path shows no pause of its edges
+    for stuck_from in [10, 200, 600] {
+        let mut bench = Bench::amk(&[(67, 3_000)]);
+        assert!(bench.until(stuck_from).driving);
+        let mut edges = 1_000;
+        let found = (0..1_100).find(|_| {
+            edges += 1;
+            bench.readback.edges_a = edges;
+            !codes(&bench.step().report).is_empty()
+        });
+        assert!(found.is_some_and(|cycles| cycles <= 1_010), "{stuck_from}: {found:?}");
+    }
+}
+
+#[test]
+fn a_partner_path_that_is_stuck_under_torque_is_found_by_its_next_test() {
+    // Design 8, 3606/75/1
+    let mut bench = Bench::amk(&[(67, 3_000)]);
+    assert!(bench.until(3_000).driving, "a healthy run");
+    let at = bench.k;
+    let mut edges = 0;
+    while bench.k < at + 1_010 {
+        edges += 1;
+        bench.readback.edges_b = edges;
+        bench.step();
+    }
+    assert_eq!(codes(&bench.step().report), [(3606, 75, 1, 0)]);
+}
