@@ -8,7 +8,8 @@
 //! with its complement; it evaluates encoders in floating point (design 3.1).
 //!
 //! - [`guard`]: form of cells · [`image`]: parameters · [`profile`]: rows of each product
-//! - [`engine`]: what functions have in common · [`encoder`], [`inputs`]: the senses
+//! - [`engine`]: what functions have in common · [`encoder`], [`inputs`]: the senses ·
+//!   [`outputs`]: the safe outputs
 //! - [`fresh`], [`agreed`], [`compare`], [`path`]: watching the others · [`ledger`]: standing errors
 //! - [`monitor`]: one axis, one step · [`bus`]: its fieldbus · [`black_channel`]: the slaves
 //!
@@ -37,6 +38,7 @@ pub mod image;
 pub mod inputs;
 pub mod ledger;
 pub mod monitor;
+pub mod outputs;
 pub mod path;
 pub mod profile;
 pub mod startup;

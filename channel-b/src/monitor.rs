@@ -13,6 +13,8 @@ mod tests_etg;
 #[cfg(test)]
 mod tests_lenze;
 #[cfg(test)]
+mod tests_outputs;
+#[cfg(test)]
 mod tests_start;
 
 use shm_schema::drive::DriveRequest;
@@ -35,6 +37,7 @@ use crate::fresh::{Clock, Freshness};
 use crate::image::Image;
 use crate::inputs;
 use crate::ledger::{Cause, Entry, Ledger};
+use crate::outputs::Outputs as SafeOutputs;
 use crate::path::Path;
 use crate::profile::{Asked, Logic, Plan, judge};
 use crate::startup::{Progress, Startup};
@@ -56,6 +59,7 @@ pub struct Monitor {
     senses: Senses,
     bus: Bus,
     history: History,
+    safe_outputs: SafeOutputs,
     is_first: bool,
     /// The path was driven under torque in the cycle before.
     was_driving: bool,
@@ -136,6 +140,7 @@ impl Monitor {
             },
             bus: Bus::new(setup.bus, plan.telegram()),
             history: History::new(),
+            safe_outputs: SafeOutputs::new(plan.outputs, setup.cycle_ns, factor(setup)),
             plan,
             is_first: true,
             was_driving: false,
@@ -341,6 +346,7 @@ impl Monitor {
     fn report(&self, cells: &senses::Cells, requested: &Word, now: u64) -> Report {
         let phase = self.startup.phase();
         let is_ready = (phase == Phase::Operational) & !self.plan.stops.in_sto();
+        let status = self.status(cells, requested);
         Report {
             exchange: cells.exchange,
             partner_exchange: cells.partner_exchange,
@@ -352,13 +358,13 @@ impl Monitor {
             ready: is_ready,
             stop: self.stop(),
             overruns: cells.overruns,
-            status: self.status(cells, requested),
+            status,
             requested: self.shown_requests(requested),
             inputs: self.plan.logic.shown_inputs(cells.levels),
             acknowledgements: cells.acknowledge,
             position: cells.motion.position,
             speed_mrpm: self.senses.motion.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
-            drive: self.drive_request(cells, requested),
+            drive: self.drive_request(cells, requested, &status),
             session_id: self.bus.session_id(),
             frame_digest: self.bus.digest(),
             errors: self.ledger.list(),
@@ -376,7 +382,7 @@ impl Monitor {
         Word(parts)
     }
 
-    fn drive_request(&self, cells: &senses::Cells, requested: &Word) -> DriveRequest {
+    fn drive_request(&self, cells: &senses::Cells, requested: &Word, status: &Word) -> DriveRequest {
         let in_sto = self.plan.stops.in_sto();
         let brakes = matches!(self.stop(), Stop::Ss1);
         match &self.plan.logic {
@@ -392,7 +398,7 @@ impl Monitor {
             },
             Logic::Lenze(logic) => DriveRequest {
                 brake_open: !in_sto,
-                outputs: logic.outputs(&cells.word, in_sto),
+                outputs: logic.outputs(&cells.word, status, in_sto),
                 ..DriveRequest::default()
             },
             Logic::Atv(logic) => DriveRequest { brake_open: !in_sto, ..logic.drive(brakes) },

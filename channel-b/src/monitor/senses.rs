@@ -97,6 +97,8 @@ pub struct Cells {
     pub partner_phase: Option<Phase>,
     /// Overruns in a row.
     pub overruns: u8,
+    /// Bit n: the own line of safe output n + 1 does not follow.
+    pub wrong_outputs: u8,
     /// Own clock, ns.
     pub now: u64,
     /// First step of a settled start: everything counts as permitting.
@@ -180,6 +182,7 @@ impl Monitor {
             readback: sound(&inputs.readback).map(|cell| cell.payload),
             partner_phase: None,
             overruns: inputs.overruns,
+            wrong_outputs: 0,
             now,
             is_settled,
         };
@@ -285,6 +288,10 @@ impl Monitor {
         let first = cells.is_settled | self.is_first;
         cells.levels = self.senses.lines.take(payload, first);
         cells.others = self.senses.lines.others();
+        if let Some(io) = payload {
+            let ([_, first, _, second], [_, supply]) = (io.output_readback, io.dynamic_readback);
+            cells.wrong_outputs = self.safe_outputs.judge(io.samples, [first, second, supply]);
+        }
         let terminals = payload.map_or(0, |io| (io.ais & 1) << 4 | (io.aie & 1) << 5);
         cells.levels |= terminals as u32;
     }

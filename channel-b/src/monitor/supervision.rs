@@ -71,6 +71,7 @@ impl Monitor {
         // when the agreement does.
         self.live(self.has_lapsed, PARTNER_LOST);
         self.supervise_pulses();
+        self.plan.logic.watch_outputs(cells.wrong_outputs, &mut self.ledger);
         self.supervise_paths(inputs, cells, now);
     }
 
@@ -171,7 +172,9 @@ impl Monitor {
         }
         let per_second = 1_000_000_000_u64.checked_div(self.setup.cycle_ns).unwrap_or(0);
         report.test_pulse = Path::is_test_cycle(cells.exchange, per_second) & report.ready & report.driving;
-        let inhibit = self.path.drive(report.driving, report.test_pulse, self.senses.partner_drives);
+        let mut inhibit = self.path.drive(report.driving, report.test_pulse, self.senses.partner_drives);
+        let level = |bit: u8| report.drive.outputs >> bit & 1 == 1;
+        inhibit.outputs = self.safe_outputs.drive([level(1), level(3), level(5)]);
         Outputs { report, inhibit, answer: None }
     }
 }

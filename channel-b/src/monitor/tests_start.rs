@@ -14,7 +14,7 @@ use shm_schema::word::Word;
 use std::vec::Vec;
 
 use crate::Monitor;
-use crate::testing::{MS, NONCE, cell, codes, image};
+use crate::testing::{MS, NONCE, cell, codes, image, read_back};
 
 const NEUTRAL: u32 = 0x0000_7E7F;
 
@@ -89,7 +89,9 @@ impl Bench {
         let command =
             Command { source: CommandSource::Plain, word: Word::from_u32(word), ..Command::default() };
         let lines = [u64::MAX; 4];
-        let io = Io { samples: self.cycle * 16, line_1: lines, line_2: lines, ..Io::default() };
+        let output_readback = read_back(self.last[place].as_ref());
+        let io =
+            Io { samples: self.cycle * 16, line_1: lines, line_2: lines, output_readback, ..Io::default() };
         let partner = self.last[1 - place].map(|last| last.report);
         let (own, other) = (self.paths[place], self.paths[1 - place]);
         let readback =

@@ -13,6 +13,7 @@ use crate::engine::stops::{End, Stop};
 use crate::image::Image;
 use crate::inputs::LineSetup;
 use crate::ledger::{Cause, Entry, Ledger, NO_OWNER};
+use crate::outputs::{LINES, LineSetup as OutputSetup};
 use crate::twin::Twin;
 
 /// Bits of the control word that request a function at 0 (AMK-FSOE-09).
@@ -75,6 +76,7 @@ pub fn build(image: &Image<'_>) -> Plan {
     }
     add_plain(&mut plan, &prm, reaction(68), reaction(103));
     plan.lines = lines(image);
+    plan.outputs = outputs(&prm);
     plan.logic = super::Logic::Amk(Logic::new(image, ss1));
     plan
 }
@@ -157,6 +159,18 @@ fn lines(image: &Image<'_>) -> [LineSetup; shm_schema::io::PAIRS] {
     lines
 }
 
+/// SA1.2, SA2.2, SDYN2 (AMKP-SA-01 to 05).
+fn outputs(prm: &dyn Fn(u32) -> i64) -> [OutputSetup; LINES] {
+    let of = |number: u32| prm(number).clamp(0, 100_000) as u32;
+    let line = |pulse: u32, period: u32| OutputSetup::pulsed(of(pulse), of(period));
+    let switched = |number: u32, line: OutputSetup| {
+        if prm(number) == 1 { line } else { OutputSetup { pulse: 0, ..line } }
+    };
+    let first = OutputSetup { is_low_side: prm(104) == 1, ..switched(87, line(90, 91)) };
+    let supply = OutputSetup { is_watched: false, ..line(101, 102) };
+    [first, switched(93, line(96, 97)), supply]
+}
+
 /// What a violation is called: 3606 when it ends in STO, 3610 when a stop follows (DEC-44);
 /// channel 2 reports ramps with Info3 14 and 15 (DEC-45).
 pub fn code(spec: &Spec, breach: Breach, reaction: Reaction) -> ErrorCode {
@@ -181,6 +195,13 @@ const FSOE_WATCHDOG: ErrorCode = ErrorCode::amk(3606, 70, 6, 4);
 pub fn watch_bus(events: &Events, ledger: &mut Ledger) {
     if events.has_timed_out {
         ledger.raise(Entry::sto(FSOE_WATCHDOG, Cause::Live));
+    }
+}
+
+/// AMKD-3606-028: channel 2 reads back another level than it drives.
+pub fn watch_outputs(wrong: u8, ledger: &mut Ledger) {
+    for output in (1..=2_u32).filter(|output| u32::from(wrong) >> (output.wrapping_sub(1) & 1) & 1 == 1) {
+        ledger.raise(Entry::sto(ErrorCode::amk(3606, 28, 1, output), Cause::Live));
     }
 }
 

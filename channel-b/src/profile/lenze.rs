@@ -16,6 +16,7 @@ use crate::engine::stops::{End, Stop, Stops};
 use crate::image::Image;
 use crate::inputs::LineSetup;
 use crate::ledger::{Cause, Entry, Ledger, NO_OWNER};
+use crate::outputs::LineSetup as OutputSetup;
 
 /// Bits of the request word that the control word does not have: what remains after
 /// special operation and filter.
@@ -34,6 +35,7 @@ mod message {
     pub const BUS_CORRUPT: u32 = 34;
     pub const BUS_TIMEOUT: u32 = 35;
     pub const DISCREPANCY: u32 = 49;
+    pub const OUTPUT: u32 = 89;
     pub const STOPPING_TIME: u32 = 97;
     pub const SLS: u32 = 98;
     pub const RESPONSE_TIME: u32 = 102;
@@ -88,6 +90,9 @@ pub fn build(image: &Image<'_>) -> Plan {
         let filter_us = delay.saturating_mul(1_000).saturating_add(FILTER_US).saturating_sub(GLITCH_US);
         LineSetup { filter_us, ..LineSetup::default() }
     });
+    // LNZ-OUT-02: pulses below 1 ms about every 2 s, a second away from channel A's.
+    let pulsed = OutputSetup { phase: 16_000, ..OutputSetup::pulsed(500, 2_000) };
+    plan.outputs = [pulsed, OutputSetup::default(), OutputSetup::default()];
     plan.logic = super::Logic::Lenze(Logic::new(image, ss1));
     plan
 }
@@ -322,6 +327,79 @@ impl Terminal {
     }
 }
 
+/// Status bits of C15051: bit 2 n selects the n-th, bit 2 n + 1 its negation.
+const CONDITIONS_1: [u8; 12] = [
+    status::STO_ACTIVE,
+    status::SS1_ACTIVE,
+    status::SS2_ACTIVE,
+    status::SLS1_ACTIVE,
+    status::SLS2_ACTIVE,
+    status::SLS3_ACTIVE,
+    status::SLS4_ACTIVE,
+    status::SDIPOS_ACTIVE,
+    status::SDINEG_ACTIVE,
+    status::ES_ACTIVE,
+    status::SLI_ACTIVE,
+    status::OMS,
+];
+/// The same of C15052; places 12 and 14 are reserved.
+const CONDITIONS_2: [u8; 16] = [
+    status::SOS_MONITORED,
+    status::SLS1_MONITORED,
+    status::SLS2_MONITORED,
+    status::SLS3_MONITORED,
+    status::SLS4_MONITORED,
+    status::SDIPOS_MONITORED,
+    status::SDINEG_MONITORED,
+    status::SSE_ACTIVE,
+    status::SD_IN1,
+    status::SD_IN1 + 1,
+    status::SD_IN1 + 2,
+    status::SD_IN1 + 3,
+    NO_BIT,
+    status::OMS_ACTIVE,
+    NO_BIT,
+    status::ERROR_ACTIVE,
+];
+
+/// Feedback conditions of SD-Out1.
+#[derive(Debug, Clone, Copy)]
+struct Feedback {
+    /// Status bits of which a 1 is a fulfilled condition, and of which a 0 is.
+    by_one: u32,
+    by_zero: u32,
+    needs_all: bool,
+}
+
+impl Feedback {
+    fn new(image: &Image<'_>) -> Self {
+        let words = [parameter(image, 15_051, 1) as u32, parameter(image, 15_052, 1) as u32];
+        let mut selected = [0_u32; 2];
+        let mut select = |word: u32, bits: &[u8]| {
+            for (place, bit) in (0_u32..).zip(bits).filter(|(_, bit)| **bit != NO_BIT) {
+                for (negation, mask) in (0_u32..).zip(&mut selected) {
+                    let is_selected = word >> (place.wrapping_mul(2).wrapping_add(negation) & 31) & 1;
+                    *mask |= is_selected << (bit & 31);
+                }
+            }
+        };
+        let [first, second] = words;
+        select(first, &CONDITIONS_1);
+        select(second, &CONDITIONS_2);
+        let [by_one, by_zero] = selected;
+        Self { by_one, by_zero, needs_all: parameter(image, 15_055, 1) == 1 }
+    }
+
+    /// Without a condition the output is the bus's alone (the catalogue leaves it open).
+    fn is_on(&self, status: &Word) -> bool {
+        let [shown, ..] = status.0;
+        let is_free = self.by_one | self.by_zero == 0;
+        let any = (shown & self.by_one) | (!shown & self.by_zero) != 0;
+        let all = (!shown & self.by_one) | (shown & self.by_zero) == 0;
+        is_free | if self.needs_all { all } else { any }
+    }
+}
+
 /// A limit whose response time runs (LNZ-SMS-06).
 #[derive(Debug, Clone, Copy, Default)]
 struct Response {
@@ -353,6 +431,8 @@ pub struct Logic {
     limits: [i64; 5],
     responses: [Response; 5],
     response_ns: u64,
+    output: Feedback,
+    is_output_faulty: bool,
 }
 
 impl Logic {
@@ -399,6 +479,8 @@ impl Logic {
             aie: Terminal::default(),
             limits: core::array::from_fn(|at| limit(at as u32).saturating_mul(RPM)),
             responses: [Response::default(); 5],
+            output: Feedback::new(image),
+            is_output_faulty: false,
             response_ns: code(15_350).max(0).unsigned_abs().saturating_mul(MS_NS as u64),
         }
     }
@@ -536,6 +618,16 @@ impl Logic {
         }
     }
 
+    /// LNZ-OUT-03: a faulty SD-Out1 is switched off until its error is acknowledged.
+    pub fn watch_outputs(&mut self, wrong: u8, ledger: &mut Ledger) {
+        let code = ErrorCode::single(message::OUTPUT);
+        if wrong != 0 {
+            let reaction = Reaction::None;
+            ledger.raise(Entry { reaction, ..Entry::sto(code, Cause::Live) });
+        }
+        self.is_output_faulty = ledger.iter().any(|entry| entry.code == code);
+    }
+
     /// A violated limit must be kept again within C15350, otherwise STO (LNZ-SMS-06).
     pub fn watch(&mut self, asked: &Asked<'_>, ledger: &mut Ledger) {
         let speed = asked.motion.speed.saturating_abs();
@@ -589,11 +681,12 @@ impl Logic {
         shown
     }
 
-    /// SD-Out1: off in STO when cascaded, otherwise as the bus says (LNZ-CAS-04).
-    pub fn outputs(&self, word: &Word, in_sto: bool) -> u8 {
+    /// SD-Out1. Cascaded it is off in STO (LNZ-CAS-04); otherwise the conditions of C15051 and
+    /// C15052 and the bus must agree (LNZ-OUT-01, LNZ-OUT-05).
+    pub fn outputs(&self, word: &Word, status: &Word, in_sto: bool) -> u8 {
         let by_bus = self.filtered(word) >> control::SD_OUT1 & 1 == 1;
-        let is_on = if self.is_cascaded { !in_sto } else { by_bus };
-        if is_on { 0b11 } else { 0 }
+        let is_on = if self.is_cascaded { !in_sto } else { by_bus & self.output.is_on(status) };
+        if is_on & !self.is_output_faulty { 0b11 } else { 0 }
     }
 }
 

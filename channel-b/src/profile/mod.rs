@@ -52,6 +52,8 @@ pub struct Plan {
     pub has_encoder: bool,
     /// Lines .2 of the input pairs.
     pub lines: [LineSetup; PAIRS],
+    /// Lines .2 of the safe outputs.
+    pub outputs: [crate::outputs::LineSetup; crate::outputs::LINES],
     /// Largest differences between the channels.
     pub position_difference: i64,
     /// 1/1000 rpm.
@@ -176,6 +178,7 @@ impl Plan {
             },
             has_encoder: true,
             lines: [LineSetup::default(); PAIRS],
+            outputs: [crate::outputs::LineSetup::default(); crate::outputs::LINES],
             position_difference: 0,
             speed_difference: 0,
             tolerance_ns: 0,
@@ -278,6 +281,15 @@ impl Logic {
             Self::Lenze(_) => lenze::code(spec, breach),
             Self::Atv(_) => atv::code(spec, breach),
             Self::None => ErrorCode::single(1),
+        }
+    }
+
+    /// Own lines of the safe outputs that do not follow, bit n for output n + 1.
+    pub fn watch_outputs(&mut self, wrong: u8, ledger: &mut Ledger) {
+        match self {
+            Self::Amk(_) if wrong != 0 => amk::watch_outputs(wrong, ledger),
+            Self::Lenze(logic) => logic.watch_outputs(wrong, ledger),
+            _ => {}
         }
     }
 
