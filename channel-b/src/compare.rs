@@ -18,8 +18,8 @@ pub struct Limits {
     pub speed: i64,
     /// Fault tolerance time in exchanges (DEC-20).
     pub tolerance: u64,
-    /// Status bits that belong to the stops and are timed as [`Item::Stop`].
-    pub stop_bits: Word,
+    /// Status bits of STO, SS1 and SS2: they belong to the item of their stop.
+    pub stop_bits: [Word; STOPS],
     /// The status bit that shows an error.
     pub error_bit: Word,
     /// Errors about differences: they are no difference themselves, or one that has been
@@ -27,25 +27,19 @@ pub struct Limits {
     pub own_codes: [ErrorCode; DIFFERENCE_CODES],
 }
 
+/// Stops that are items of their own: STO, SS1, SS2.
+pub const STOPS: usize = 3;
+const STOP_ITEMS: [Stop; STOPS] = [Stop::Sto, Stop::Ss1, Stop::Ss2];
 /// Codes of DEC-45: 3606/13/1 to 8 as the profile names them.
 pub const DIFFERENCE_CODES: usize = 8;
 /// AMK: warnings do not count as errors, some belong to one channel's path alone (DEC-47).
 const WARNING: u32 = 3610;
 
-/// A thing that may differ for the fault tolerance time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Item {
-    /// The stop function, with the higher of the two.
-    Stop(Stop),
-    /// Lane (status, request, input, acknowledge, error, session, digest) and bit.
-    Bit(u8, u8),
-}
-
 /// What a comparison found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Differences {
-    /// Stop functions differ for longer than tolerated; the higher one.
-    pub stop: Option<Stop>,
+    /// One channel has been alone in STO, SS1, SS2 for longer than tolerated.
+    pub stops: [bool; STOPS],
     /// Another status, request, input or acknowledgement differs for longer.
     pub other: bool,
     /// Positions.
@@ -65,7 +59,8 @@ impl Differences {
 
 #[derive(Debug, Clone, Copy)]
 struct Timed {
-    item: Item,
+    /// Lane (status, request, single items) and bit.
+    item: (u8, u8),
     since: u64,
 }
 
@@ -92,7 +87,13 @@ impl Comparison {
             timed: [None; TIMED],
             crowded: None,
             compared: None,
-            last: Differences { stop: None, other: false, position: false, speed: false, identity: false },
+            last: Differences {
+                stops: [false; STOPS],
+                other: false,
+                position: false,
+                speed: false,
+                identity: false,
+            },
             is_quiet: false,
         }
     }
@@ -148,36 +149,39 @@ impl Comparison {
         partner: &Report,
         limits: &Limits,
         is_starting: bool,
-    ) -> (Option<Stop>, bool) {
+    ) -> ([bool; STOPS], bool) {
         // One channel may come to the next phase of start-up before the other: what its status
         // shows then, and an error of one that pairs, only keeps the other waiting.
         let is_ahead = is_starting & (own.phase != partner.phase);
-        let stop = if is_ahead { None } else { differing_stop(own.stop, partner.stop) };
-        let has_errors = (is_counted(&own.errors, limits), is_counted(&partner.errors, limits));
-        let differs_by_error = has_errors.0 != has_errors.1;
-        let mut masked = if stop.is_some() { limits.stop_bits } else { Word::ZERO };
+        let differs_by_error = is_counted(&own.errors, limits) != is_counted(&partner.errors, limits);
         let is_error_explained = !differs_by_error | is_starting;
+        let mut masked = if is_ahead { Word([u32::MAX; 8]) } else { Word::ZERO };
         masked = if is_error_explained { joined(masked, limits.error_bit) } else { masked };
-        masked = if is_ahead { Word([u32::MAX; 8]) } else { masked };
-        let lanes = lanes(own, partner, masked, differs_by_error & !is_starting);
-        let is_still = lanes.iter().all(|lane| lane.0 == [0; 8]) & stop.is_none();
+        let mut status = masked_out(&xor(&own.status, &partner.status), &masked);
+        let stops = if is_ahead { 0 } else { alone(own, partner, &status, limits) };
+        for bits in &limits.stop_bits {
+            status = masked_out(&status, bits);
+        }
+        let single = single(own, partner, differs_by_error & !is_starting, stops);
+        let lanes = [status, xor(&own.requested, &partner.requested), single];
+        let is_still = lanes.iter().all(|lane| lane.0 == [0; 8]);
         self.is_quiet = is_still & !differs_by_error;
         if is_still {
             self.timed = [None; TIMED];
             self.crowded = None;
-            return (None, false);
+            return ([false; STOPS], false);
         }
-        self.forget(&lanes, stop);
-        self.enter(&lanes, stop, own.exchange);
+        self.forget(&lanes);
+        self.enter(&lanes, own.exchange);
         self.expired(own.exchange, limits.tolerance)
     }
 
     /// An item that agrees again loses its timer (DEC-21).
-    fn forget(&mut self, lanes: &[Word; LANES], stop: Option<Stop>) {
+    fn forget(&mut self, lanes: &[Word; LANES]) {
         for place in &mut self.timed {
-            let differs = place.is_some_and(|timed| match timed.item {
-                Item::Stop(_) => stop.is_some(),
-                Item::Bit(lane, bit) => lanes.get(usize::from(lane)).is_some_and(|word| word.bit(bit)),
+            let differs = place.is_some_and(|timed| {
+                let (lane, bit) = timed.item;
+                lanes.get(usize::from(lane)).is_some_and(|word| word.bit(bit))
             });
             if !differs {
                 *place = None;
@@ -185,17 +189,14 @@ impl Comparison {
         }
     }
 
-    fn enter(&mut self, lanes: &[Word; LANES], stop: Option<Stop>, exchange: u64) {
+    fn enter(&mut self, lanes: &[Word; LANES], exchange: u64) {
         let mut fits = true;
-        if let Some(stop) = stop {
-            fits &= self.enter_one(Item::Stop(stop), exchange);
-        }
         for (lane, word) in (0..).zip(lanes) {
             for (part, bits) in (0..8_u8).zip(word.0) {
                 let mut rest = bits;
                 while rest != 0 {
                     let bit = (part << 5) | (rest.trailing_zeros() as u8 & 31);
-                    fits &= self.enter_one(Item::Bit(lane, bit), exchange);
+                    fits &= self.enter_one((lane, bit), exchange);
                     rest &= rest.wrapping_sub(1);
                 }
             }
@@ -203,13 +204,8 @@ impl Comparison {
         self.crowded = if fits { None } else { Some(self.crowded.unwrap_or(exchange)) };
     }
 
-    fn enter_one(&mut self, item: Item, exchange: u64) -> bool {
-        let same = |timed: &&mut Timed| match (timed.item, item) {
-            (Item::Stop(_), Item::Stop(_)) => true,
-            (one, other) => one == other,
-        };
-        if let Some(timed) = self.timed.iter_mut().flatten().find(same) {
-            timed.item = item;
+    fn enter_one(&mut self, item: (u8, u8), exchange: u64) -> bool {
+        if self.timed.iter().flatten().any(|timed| timed.item == item) {
             return true;
         }
         match self.timed.iter_mut().find(|place| place.is_none()) {
@@ -219,17 +215,19 @@ impl Comparison {
         true
     }
 
-    fn expired(&self, exchange: u64, tolerance: u64) -> (Option<Stop>, bool) {
+    fn expired(&self, exchange: u64, tolerance: u64) -> ([bool; STOPS], bool) {
         let is_old = |since: u64| exchange.saturating_sub(since) >= tolerance;
-        let mut stop = None;
+        let mut stops = [false; STOPS];
         let mut other = self.crowded.is_some_and(is_old);
         for timed in self.timed.iter().flatten().filter(|timed| is_old(timed.since)) {
-            match timed.item {
-                Item::Stop(higher) => stop = Some(higher),
-                Item::Bit(..) => other = true,
+            let (lane, bit) = timed.item;
+            let stop = (lane == SINGLE).then(|| stops.get_mut(usize::from(bit.wrapping_sub(STOP_BIT))));
+            match stop.flatten() {
+                Some(stop) => *stop = true,
+                None => other = true,
             }
         }
-        (stop, other)
+        (stops, other)
     }
 }
 
@@ -245,13 +243,13 @@ fn difference(
     partner: &Report,
     limits: &Limits,
     build: u32,
-    expired: (Option<Stop>, bool),
+    expired: ([bool; STOPS], bool),
 ) -> Differences {
     let distance = own.position.saturating_sub(partner.position).saturating_abs();
     let speed = i64::from(own.speed_mrpm).saturating_sub(i64::from(partner.speed_mrpm));
     let other_build = (build != 0) & (partner.build != build);
     Differences {
-        stop: expired.0,
+        stops: expired.0,
         other: expired.1,
         position: distance > limits.position,
         speed: speed.saturating_abs() > limits.speed,
@@ -264,43 +262,41 @@ fn is_counted(errors: &ErrorList, limits: &Limits) -> bool {
     errors.iter().any(|code| (code.code != WARNING) & !limits.own_codes.contains(code))
 }
 
-const LANES: usize = 4;
+const LANES: usize = 3;
+/// Lane of the single items: inputs, acknowledgements, then error presence, session, digest.
+const SINGLE: u8 = 2;
+/// Bit of the first stop in that lane.
+const STOP_BIT: u8 = 96;
 
 fn is_comparable(phase: Phase) -> bool {
     !matches!(phase, Phase::Boot | Phase::Refused)
 }
 
-fn differing_stop(own: Stop, partner: Stop) -> Option<Stop> {
-    let rank = |stop: Stop| match stop {
-        Stop::Sto => 4,
-        Stop::Ss1 => 3,
-        Stop::Ss2 => 2,
-        Stop::Sos => 1,
-        Stop::None => 0,
-    };
-    if own == partner {
-        None
-    } else if rank(own) > rank(partner) {
-        Some(own)
-    } else {
-        Some(partner)
-    }
+/// One channel alone in a stop, by its report or its status bit; bit n for the n-th.
+fn alone(own: &Report, partner: &Report, status: &Word, limits: &Limits) -> u32 {
+    let stops = (0_u32..).zip(STOP_ITEMS).zip(&limits.stop_bits);
+    stops.fold(0, |all, ((place, stop), bits)| {
+        let by_state = (own.stop == stop) != (partner.stop == stop);
+        let by_bit = masked_out(status, bits) != *status;
+        all | u32::from(by_state | by_bit) << (place & 3)
+    })
 }
 
-/// What differs, bit by bit. Bits masked by a differing stop are not counted twice.
-fn lanes(own: &Report, partner: &Report, masked: Word, differs_by_error: bool) -> [Word; LANES] {
-    let status = xor(&own.status, &partner.status);
+fn single(own: &Report, partner: &Report, differs_by_error: bool, stops: u32) -> Word {
     let inputs = own.inputs ^ partner.inputs;
     let acknowledgements = own.acknowledgements ^ partner.acknowledgements;
     let others =
         [differs_by_error, own.session_id != partner.session_id, own.frame_digest != partner.frame_digest];
     let others = (0..).zip(others).fold(0, |all, (place, differs)| all | u32::from(differs) << (place & 3));
-    let single = [inputs, acknowledgements, others, 0, 0, 0, 0, 0];
-    let mut shown = status.0;
-    for (part, mask) in shown.iter_mut().zip(masked.0) {
+    Word([inputs, acknowledgements, others, stops, 0, 0, 0, 0])
+}
+
+fn masked_out(word: &Word, mask: &Word) -> Word {
+    let mut parts = word.0;
+    for (part, mask) in parts.iter_mut().zip(mask.0) {
         *part &= !mask;
     }
-    [Word(shown), xor(&own.requested, &partner.requested), Word(single), Word::ZERO]
+    Word(parts)
 }
 
 fn joined(one: Word, other: Word) -> Word {
@@ -328,7 +324,7 @@ mod tests {
         position: 50,
         speed: 16_000,
         tolerance: 120,
-        stop_bits: Word::from_u32(1),
+        stop_bits: [Word::from_u32(1), Word::from_u32(1 << 26), Word::from_u32(1 << 27)],
         error_bit: Word::from_u32(1 << 7),
         own_codes: [OWN; DIFFERENCE_CODES],
     };
@@ -417,13 +413,16 @@ mod tests {
         assert!(comparison.compare(&now, &report(3, 0, 3_999), &LIMITS, 0, false).position);
     }
 
+    /// DEC-21, DEC-22: each stop is an item with a timer of its own.
     #[test]
-    fn one_channel_alone_in_a_stop_is_named_as_such() {
+    fn one_channel_alone_in_a_stop_is_named_as_such_after_the_tolerance_of_that_stop() {
         let mut comparison = Comparison::new();
-        let last = (0..=120).map(|k| {
-            let theirs = Report { stop: Stop::Ss1, ..report(k, 0, 0) };
-            comparison.compare(&report(k, 0, 0), &theirs, &LIMITS, 0, false)
+        let first = (0..400).find_map(|k| {
+            let (stop, status) = if k < 60 { (Stop::Ss1, 1 << 26) } else { (Stop::Sto, 1) };
+            let theirs = Report { stop, ..report(k, status, 0) };
+            let found = comparison.compare(&report(k, 0, 0), &theirs, &LIMITS, 0, false);
+            (!found.is_clear()).then_some((k, found.stops, found.other))
         });
-        assert_eq!(last.last().and_then(|d| d.stop), Some(Stop::Ss1));
+        assert_eq!(first, Some((180, [true, false, false], false)));
     }
 }

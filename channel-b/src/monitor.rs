@@ -127,6 +127,7 @@ impl Monitor {
                 command: Freshness::new(),
                 partner: Freshness::new(),
                 agreement: Freshness::new(),
+                readback: Freshness::new(),
                 producer_clock: Clock::new(factor(setup)),
                 partner_clock: Clock::new(factor(setup)),
                 evaluation: Evaluation::new(plan.encoder),
@@ -167,6 +168,7 @@ impl Monitor {
             word: &cells.word,
             levels: cells.levels,
             others: cells.others,
+            are_lines_read: cells.are_lines_read,
             drive_n0: cells.drive_n0,
             is_first: self.is_first,
             is_settled,
@@ -182,6 +184,9 @@ impl Monitor {
         let starts = self.start_up(&cells, &requested, edges.any() | edges.restart, now_ns);
         // ETG-RST-03: the edge counts while the request is shown.
         let restart = edges.restart & self.restart_pending;
+        if restart {
+            self.plan.logic.restart();
+        }
         self.functions(&requested, &cells, restart | starts, now_ns);
         self.plan.logic.watch(&asked, &requested, &self.plan.stops, &mut self.ledger);
         self.react(&requested, &cells, now_ns);
@@ -228,14 +233,18 @@ impl Monitor {
 
     fn sos_needs_restart(&self) -> bool {
         let place = self.plan.stops.place().unwrap_or(0);
-        self.plan.sos_needs_restart >> (place & 15) & 1 == 1
+        (self.plan.sos_needs_restart >> (place & 15) & 1 == 1) | self.plan.logic.waits_for_restart()
+    }
+
+    fn sto_needs_restart(&self) -> bool {
+        self.plan.needs_restart | self.plan.logic.waits_for_restart()
     }
 
     /// A stop could be left but for the restart acknowledge.
     fn awaits_restart(&self, requested: &Word, cells: &senses::Cells) -> bool {
         let demand = self.demand(requested, cells, true);
         if self.plan.stops.in_sto() {
-            let is_free = demand.may_leave & self.plan.needs_restart & !demand.sto;
+            let is_free = demand.may_leave & self.sto_needs_restart() & !demand.sto;
             return is_free & self.plan.stops.is_released(&demand);
         }
         let stands = self.plan.stops.running().is_some_and(|(_, landed)| landed);
@@ -258,7 +267,7 @@ impl Monitor {
             sto: must | !is_operational,
             stops: asked | self.ledger.demanded_stops(),
             requests: asked,
-            may_leave: !self.ledger.has_error() & (restart | !self.plan.needs_restart),
+            may_leave: !self.ledger.has_error() & (restart | !self.sto_needs_restart()),
             may_leave_sos: !self.ledger.has_error() & (restart | !self.sos_needs_restart()),
         }
     }

@@ -12,6 +12,44 @@ const DORMANT_NS: u64 = 3_600_000_000_000;
 /// Cycles after a withheld edge in which its pause must show.
 const PAUSE_CYCLES: u32 = 4;
 
+/// Cycles after a withheld edge in which its pause must have been read back.
+const TEST_CYCLES: u32 = 6;
+
+/// The dynamic test of one path: each withheld edge must show as a pause.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tested {
+    /// Cycles since an edge was withheld whose pause has not shown.
+    age: Option<u32>,
+    /// Tests in a row without a pause.
+    missed: u32,
+    edges: Option<u64>,
+}
+
+impl Tested {
+    /// One cycle; whether the path is stuck. In the relaxed timing the evaluator may miss a
+    /// withheld edge by jitter: as many tests in a row count as the factor says.
+    fn judge(&mut self, reads_on: bool, edges: u64, is_pulse: bool, factor: u32) -> bool {
+        let is_paused = self.edges == Some(edges);
+        self.edges = Some(edges);
+        self.age = if is_pulse { Some(0) } else { self.age.map(|age| age.saturating_add(1)) };
+        if is_paused | !reads_on {
+            // Seen, or off meanwhile: nothing to be tested.
+            self.missed = if is_paused { 0 } else { self.missed };
+            self.age = None;
+        }
+        if self.age.is_some_and(|age| age > TEST_CYCLES.saturating_mul(factor)) {
+            self.age = None;
+            self.missed = self.missed.saturating_add(1);
+        }
+        self.missed >= factor
+    }
+
+    fn forget(&mut self) {
+        self.age = None;
+        self.edges = None;
+    }
+}
+
 /// One path as the readback shows it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Watched {
@@ -51,6 +89,8 @@ pub struct Path {
     edges: u64,
     own: Watched,
     partner: Watched,
+    own_test: Tested,
+    partner_test: Tested,
     read_edges: Option<u64>,
     since_pulse: u32,
     tested_at: Option<u64>,
@@ -66,6 +106,8 @@ impl Path {
             edges: 0,
             own: idle,
             partner: idle,
+            own_test: Tested { age: None, missed: 0, edges: None },
+            partner_test: Tested { age: None, missed: 0, edges: None },
             read_edges: None,
             since_pulse: u32::MAX,
             tested_at: None,
@@ -81,10 +123,14 @@ impl Path {
     }
 
     /// Judges the readback of this cycle against what was driven in the cycles before.
-    pub fn judge(&mut self, readback: Option<&Readback>, partner_drives: bool, now: u64) -> PathFaults {
+    /// `partner`: what its report says, that it drives, and that it withholds an edge.
+    pub fn judge(&mut self, readback: Option<&Readback>, partner: (bool, bool), now: u64) -> PathFaults {
+        let (partner_drives, partner_tests) = partner;
         let tested_at = *self.tested_at.get_or_insert(now);
         let Some(seen) = readback else {
             self.read_edges = None;
+            self.own_test.forget();
+            self.partner_test.forget();
             let is_driven = self.own.is_driven;
             let blind = self.own.judge(!is_driven, is_driven, self.factor);
             return PathFaults { blind, ..PathFaults::default() };
@@ -95,9 +141,13 @@ impl Path {
         if is_tested {
             self.tested_at = Some(now);
         }
+        let own_tests = self.since_pulse == 0;
+        let own_stuck = self.own_test.judge(seen.path_b, seen.edges_b, own_tests, self.factor);
+        let partner_stuck =
+            self.partner_test.judge(seen.path_a, seen.edges_a, partner_tests & partner_drives, self.factor);
         PathFaults {
-            own: self.own.judge(seen.path_b, self.own.is_driven, self.factor),
-            partner: self.partner.judge(seen.path_a, partner_drives, self.factor),
+            own: self.own.judge(seen.path_b, self.own.is_driven, self.factor) | own_stuck,
+            partner: self.partner.judge(seen.path_a, partner_drives, self.factor) | partner_stuck,
             blind: false,
             dormant: !is_tested & (now.saturating_sub(tested_at) > DORMANT_NS),
         }
@@ -133,7 +183,7 @@ mod tests {
     fn a_driven_path_must_read_on_after_three_cycles() {
         let mut path = Path::new(1);
         let wrong: [bool; 5] = core::array::from_fn(|cycle| {
-            let faults = path.judge(Some(&read(false, false)), false, cycle as u64);
+            let faults = path.judge(Some(&read(false, false)), (false, false), cycle as u64);
             path.drive(true, false, false);
             faults.own
         });
@@ -145,7 +195,7 @@ mod tests {
     fn the_relaxed_timing_waits_ten_times_as_long() {
         let mut path = Path::new(10);
         let first = (0..100).find(|cycle| {
-            let faults = path.judge(Some(&read(false, false)), false, *cycle);
+            let faults = path.judge(Some(&read(false, false)), (false, false), *cycle);
             path.drive(true, false, false);
             faults.own
         });
@@ -156,7 +206,7 @@ mod tests {
     fn a_stuck_path_of_the_partner_is_seen_after_six_cycles() {
         let mut path = Path::new(1);
         let first = (0..20).find(|cycle| {
-            let faults = path.judge(Some(&read(true, false)), false, *cycle);
+            let faults = path.judge(Some(&read(true, false)), (false, false), *cycle);
             path.drive(false, false, false);
             faults.partner
         });
@@ -167,13 +217,52 @@ mod tests {
     #[test]
     fn an_hour_without_a_pause_is_dormant_until_one_is_seen() {
         let mut path = Path::new(1);
-        path.judge(Some(&read(true, true)), true, 0);
+        path.judge(Some(&read(true, true)), (true, false), 0);
         let late = DORMANT_NS + 1;
         path.read_edges = None;
-        assert!(path.judge(Some(&read(true, true)), true, late).dormant);
+        assert!(path.judge(Some(&read(true, true)), (true, false), late).dormant);
         path.drive(true, true, true);
-        assert!(!path.judge(Some(&read(true, true)), true, late).dormant);
-        assert!(!path.judge(Some(&read(true, true)), true, late + 1).dormant);
+        assert!(!path.judge(Some(&read(true, true)), (true, false), late).dormant);
+        assert!(!path.judge(Some(&read(true, true)), (true, false), late + 1).dormant);
+    }
+
+    /// First cycle in which a path under test is said to be stuck; `counts`: the evaluator's edges.
+    fn stuck(factor: u8, counts: impl Fn(u64) -> u64) -> Option<u64> {
+        let mut path = Path::new(factor);
+        (0..20_000).find(|cycle| {
+            let is_pulse = cycle % 1_000 == 750;
+            let edges = counts(*cycle);
+            let seen = Readback { path_a: true, path_b: true, edges_a: 2 * cycle, edges_b: edges };
+            let faults = path.judge(Some(&seen), (true, false), *cycle);
+            path.drive(true, is_pulse, true);
+            faults.own
+        })
+    }
+
+    /// Design 8: stuck on, seen after one test period; healthy is healthy.
+    #[test]
+    fn a_path_whose_withheld_edge_does_not_show_is_stuck() {
+        // A cycle later the count stands for the withheld edge.
+        let healthy = |cycle: u64| cycle - (cycle + 248) / 1_000;
+        assert_eq!(stuck(1, healthy), None);
+        assert_eq!(stuck(1, |cycle| cycle), Some(758));
+        // Relaxed: as many tests in a row as the factor.
+        assert_eq!(stuck(10, |cycle| cycle), Some(9_000 + 750 + 62));
+    }
+
+    /// AMK-PATH: the partner's path, and a path that goes off meanwhile.
+    #[test]
+    fn the_partners_path_is_judged_by_its_own_pulses_and_not_while_it_is_off() {
+        let first = |reads_on: bool| {
+            let mut path = Path::new(1);
+            (0..3_000).find(|cycle| {
+                let path_a = reads_on | (cycle % 1_000 < 752);
+                let seen = Readback { path_a, path_b: false, edges_a: *cycle, edges_b: 0 };
+                path.judge(Some(&seen), (path_a, cycle % 1_000 == 750), *cycle).partner
+            })
+        };
+        assert_eq!(first(true), Some(757));
+        assert_eq!(first(false), None);
     }
 
     #[test]

@@ -159,8 +159,13 @@ impl Rig {
         };
         let partner: Option<Report> = self.last[1 - place].map(|out| out.report);
         let drives = self.last.map(|out| out.is_some_and(|out| out.inhibit.permit));
-        let readback =
-            Readback { path_a: drives[0], path_b: drives[1], edges_a: sequence, edges_b: sequence };
+        let edges = |place: usize| self.last[place].map_or(0, |out| out.inhibit.edges);
+        let readback = Readback {
+            path_a: drives[0],
+            path_b: drives[1],
+            edges_a: edges(1 - place),
+            edges_b: edges(place),
+        };
         Inputs {
             encoder: cell(sequence, now, Encoder::default()),
             motion: Some(Motion {

@@ -29,6 +29,7 @@ pub struct Senses {
     pub(super) command: Freshness,
     pub(super) partner: Freshness,
     pub(super) agreement: Freshness,
+    pub(super) readback: Freshness,
     pub(super) producer_clock: Clock,
     pub(super) partner_clock: Clock,
     pub(super) evaluation: Evaluation,
@@ -61,6 +62,8 @@ pub struct Cells {
     pub levels: u32,
     /// Debounced levels of lines .1.
     pub others: u32,
+    /// The lines can be read.
+    pub are_lines_read: bool,
     /// Acknowledge levels, as in the report.
     pub acknowledge: u32,
     /// The command comes by a standing connection, or is fresh where there is no bus (DEC-16).
@@ -164,6 +167,7 @@ impl Monitor {
             word: Word::ZERO,
             levels: 0,
             others: 0,
+            are_lines_read: false,
             acknowledge: 0,
             is_connected: false,
             answer: None,
@@ -179,7 +183,7 @@ impl Monitor {
             permits: is_settled,
             crosscheck_error: false,
             path_test: PathTest::None,
-            readback: sound(&inputs.readback).map(|cell| cell.payload),
+            readback: self.read_readback(inputs, now),
             partner_phase: None,
             overruns: inputs.overruns,
             wrong_outputs: 0,
@@ -202,6 +206,14 @@ impl Monitor {
     /// `cycles` of the strict timing in the timing of this run.
     pub(super) const fn ages(&self, cycles: u8) -> u8 {
         cycles.saturating_mul(factor(&self.setup))
+    }
+
+    /// What does not advance is no readback: a frozen one would show a path as it was.
+    fn read_readback(&mut self, inputs: &Inputs, now: u64) -> Option<Readback> {
+        let cell = sound(&inputs.readback);
+        self.senses.readback.observe(cell.map(|cell| cell.sequence), now);
+        let is_lost = self.is_lost(&self.senses.readback, now);
+        cell.filter(|_| !is_lost).map(|cell| cell.payload)
     }
 
     fn is_lost(&self, cell: &Freshness, now: u64) -> bool {
@@ -288,6 +300,7 @@ impl Monitor {
         let first = cells.is_settled | self.is_first;
         cells.levels = self.senses.lines.take(payload, first);
         cells.others = self.senses.lines.others();
+        cells.are_lines_read = payload.is_some();
         if let Some(io) = payload {
             let ([_, first, _, second], [_, supply]) = (io.output_readback, io.dynamic_readback);
             cells.wrong_outputs = self.safe_outputs.judge(io.samples, [first, second, supply]);

@@ -2,7 +2,7 @@
 
 use shm_schema::error::ErrorCode;
 use shm_schema::exchange::{Inputs, Outputs};
-use shm_schema::report::{Phase, Report, Stop};
+use shm_schema::report::{Phase, Report};
 use shm_schema::word::Word;
 
 use super::Monitor;
@@ -99,8 +99,9 @@ impl Monitor {
 
     /// Readback: the own path (L) is 3606/76/1, the partner's (H) 3606/76/2.
     fn supervise_paths(&mut self, inputs: &Inputs, cells: &Cells, now: u64) {
-        let readback = inputs.readback.as_ref().ok().map(|cell| &cell.payload);
-        let faults = self.path.judge(readback, self.senses.partner_drives, now);
+        let partner = inputs.partner.as_ref().ok().map(|cell| &cell.payload);
+        let tests = partner.is_some_and(|report| report.test_pulse);
+        let faults = self.path.judge(cells.readback.as_ref(), (self.senses.partner_drives, tests), now);
         if cells.is_settled {
             return;
         }
@@ -145,12 +146,7 @@ impl Monitor {
 
     /// DEC-45.
     fn raise_differences(&mut self, found: &Differences) {
-        let info2 = found.stop.map(|stop| match stop {
-            Stop::Sto => 2,
-            Stop::Ss1 => 3,
-            Stop::Ss2 | Stop::Sos | Stop::None => 4,
-        });
-        if let Some(info2) = info2 {
+        for (info2, _) in (2..).zip(found.stops).filter(|(_, is_alone)| *is_alone) {
             self.disturbed(true, ErrorCode::amk(3606, 13, info2, 0));
         }
         self.disturbed(found.position, ErrorCode::amk(3606, 13, 5, 0));

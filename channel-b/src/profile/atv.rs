@@ -262,6 +262,8 @@ pub struct Logic {
     held: i64,
     wait_ns: u64,
     limited: Limited,
+    /// `limited` came to its stop by itself, not in an STO that was there already.
+    leads: bool,
     mode: i64,
     second: bool,
     ss1_rate: u32,
@@ -284,6 +286,7 @@ impl Logic {
             held: 0,
             wait_ns: sc(54).max(0).unsigned_abs().saturating_mul(MS_NS as u64),
             limited: Limited::Off,
+            leads: false,
             mode: sc(56),
             second: false,
             ss1_rate: motor.rate(sc(30)),
@@ -309,7 +312,10 @@ impl Logic {
                 ledger.raise(Entry::sto(ErrorCode::single(number), Cause::Live));
             }
         }
-        self.limit(sls & self.has_sls, asked);
+        // DEC-14: nothing is evaluated in STO; what leads to a stop counts from the cycle in
+        // which nothing else holds STO.
+        let is_held = !has(control::STO) | ledger.has_error();
+        self.limit(sls & self.has_sls, is_held, asked);
         self.second = (self.mode == 2) & switch;
         let is_maintained = (self.mode == 3) & switch;
         let first = (self.mode == 1) | is_maintained | ((self.mode == 2) & !switch);
@@ -319,8 +325,8 @@ impl Logic {
             (control::SS1, ss1),
             (control::SLS, sls),
             (control::SMS_SWITCH, switch),
-            (asked::STO, !has(control::STO) | (self.limited == Limited::Standing)),
-            (asked::SS1, (ss1 & self.has_ss1) | (self.limited == Limited::Stopping)),
+            (asked::STO, !has(control::STO) | self.stands()),
+            (asked::SS1, (ss1 & self.has_ss1) | self.stops()),
             (asked::SLS, is_monitored),
             (asked::SMS_1, first),
             (asked::SMS_2, self.second),
@@ -329,9 +335,9 @@ impl Logic {
     }
 
     /// One cycle of SLS. In STO it begins anew every cycle (DEC-14), unless it led there.
-    fn limit(&mut self, is_requested: bool, asked: &Asked<'_>) {
+    fn limit(&mut self, is_requested: bool, is_held: bool, asked: &Asked<'_>) {
         let speed = asked.motion.speed;
-        let ended_here = matches!(self.limited, Limited::Standing | Limited::Stopping);
+        let ended_here = self.stands() | self.stops();
         let begins = (self.limited == Limited::Off) | (asked.in_sto & !ended_here);
         self.limited = if !is_requested {
             Limited::Off
@@ -341,6 +347,18 @@ impl Logic {
         } else {
             self.go_on(speed, asked.now)
         };
+        let has_ended = matches!(self.limited, Limited::Standing | Limited::Stopping);
+        self.leads = has_ended & (ended_here | !is_held);
+    }
+
+    /// The SLS standstill level has led to STO.
+    fn stands(&self) -> bool {
+        self.leads & (self.limited == Limited::Standing)
+    }
+
+    /// SLS has begun an SS1.
+    fn stops(&self) -> bool {
+        self.leads & (self.limited == Limited::Stopping)
     }
 
     fn has_standstill(&self) -> bool {
@@ -393,7 +411,7 @@ impl Logic {
     /// Restart required, SLS from its activation on (ATV-SLST2-01: the line is monitored
     /// from then on), and the selected threshold.
     pub fn show(&self, word: Word, stops: &Stops, bank: &Bank) -> Word {
-        let ended = stops.in_sto() & ((stops.origin() != 0) | (self.limited == Limited::Standing));
+        let ended = stops.in_sto() & ((stops.origin() != 0) | self.stands());
         let is_second = self.second & bank.is_active(status::SMS);
         let is_limited = bank.is_active(status::SLS);
         word.with(status::RESTART_REQUIRED, ended)
@@ -403,7 +421,7 @@ impl Logic {
 
     /// Braking of SS1 and the limits of SLS (ATV-SS1-05, ATV-SLS-01).
     pub fn drive(&self, ss1_brakes: bool) -> DriveRequest {
-        let brake = ss1_brakes & (self.is_automatic | (self.limited == Limited::Stopping));
+        let brake = ss1_brakes & (self.is_automatic | self.stops());
         let base = DriveRequest { brake, ..DriveRequest::default() };
         let Limited::Monitored(sign) = self.limited else {
             return DriveRequest { deceleration_rpm_s: if brake { self.ss1_rate } else { 0 }, ..base };

@@ -302,6 +302,8 @@ struct Pair {
     agreed: bool,
     /// Since when only one line has changed, ns.
     differs_since: Option<u64>,
+    /// Its error stands.
+    is_faulty: bool,
 }
 
 /// A terminal that acknowledges with the end of a pulse.
@@ -433,6 +435,8 @@ pub struct Logic {
     response_ns: u64,
     output: Feedback,
     is_output_faulty: bool,
+    /// Special operation was left; its stop waits for AIS.
+    waits_for_restart: bool,
 }
 
 impl Logic {
@@ -452,6 +456,7 @@ impl Logic {
                 discrepancy_ns: of(15_033).max(0).unsigned_abs().saturating_mul(MS_NS as u64),
                 agreed: false,
                 differs_since: None,
+                is_faulty: false,
             }
         });
         let has = |function: i64| pairs.iter().any(|pair| pair.is_used & (pair.function == function));
@@ -481,6 +486,7 @@ impl Logic {
             responses: [Response::default(); 5],
             output: Feedback::new(image),
             is_output_faulty: false,
+            waits_for_restart: false,
             response_ns: code(15_350).max(0).unsigned_abs().saturating_mul(MS_NS as u64),
         }
     }
@@ -490,6 +496,21 @@ impl Logic {
         let level = |bit: u32| asked.levels >> bit & 1 == 1;
         let restart = self.ais.edge(level(4), asked.is_first, asked.now);
         (restart, self.aie.edge(level(5), asked.is_first, asked.now))
+    }
+
+    /// The stop of special operation waits for its restart acknowledge.
+    pub const fn waits_for_restart(&self) -> bool {
+        self.waits_for_restart
+    }
+
+    /// The restart acknowledge has come.
+    pub const fn restart(&mut self) {
+        self.waits_for_restart = false;
+    }
+
+    /// Unreadable terminals: what they were is forgotten, or a lost line would be an edge (DEC-18).
+    pub fn forget_terminals(&mut self) {
+        (self.ais, self.aie) = (Terminal::default(), Terminal::default());
     }
 
     /// A simple stop ends in this cycle because the enable switch was confirmed.
@@ -521,7 +542,8 @@ impl Logic {
                 word = word.with(pair.assignment.clamp(0, 8) as u8, true);
             }
             if pair.is_used & (pair.function == 2) {
-                oms = is_on != self.oms_by_input.unwrap_or(false);
+                // LNZ-OMS-16: a faulty selector selects normal operation, whatever its level.
+                oms = (is_on != self.oms_by_input.unwrap_or(false)) & !pair.is_faulty;
             }
             if pair.is_used & (pair.function == 3) {
                 es = is_on;
@@ -546,6 +568,10 @@ impl Logic {
             Operation::Confirmed if es => Operation::Confirmed,
             Operation::Special | Operation::Confirmed => Operation::Special,
         };
+        // LNZ-OMS-12, LNZ-OMS-13: on the way back the drive must never restart by itself,
+        // whatever C15300 says.
+        let returns = (next == Operation::Normal) & (self.operation != Operation::Normal);
+        self.waits_for_restart = returns | (self.waits_for_restart & (next == Operation::Normal));
         let confirms = (next == Operation::Confirmed) & (self.operation == Operation::Special);
         self.completes = confirms;
         self.operation = next;
@@ -604,11 +630,14 @@ impl Logic {
             }
             let lines = (asked.levels >> at & 1 == 1, asked.others >> at & 1 == 1);
             let is_faulty = pair.judge(lines, asked.is_first, asked.now);
-            let is_on = pair.agreed & pair.differs_since.is_none();
+            // LNZ-IN-04: OFF until the error is acknowledged.
+            let code = ErrorCode::single(message::DISCREPANCY.saturating_add(at));
+            pair.is_faulty = is_faulty | ledger.iter().any(|entry| entry.code == code);
+            let is_on = pair.agreed & pair.differs_since.is_none() & !pair.is_faulty;
             self.levels_on |= u32::from(is_on) << at;
             if is_faulty {
                 ledger.raise(Entry {
-                    code: ErrorCode::single(message::DISCREPANCY.saturating_add(at)),
+                    code,
                     reaction: Reaction::None,
                     is_error: true,
                     cause: Cause::Live,

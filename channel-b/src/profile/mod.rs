@@ -23,7 +23,7 @@ use crate::engine::Motion;
 use crate::engine::bank::Bank;
 use crate::engine::record::{Breach, Phase};
 use crate::engine::spec::{NO_BIT, Reaction, Spec};
-use crate::engine::stops::Stops;
+use crate::engine::stops::{End, Stops};
 use crate::image::{Flaw, Image};
 use crate::inputs::LineSetup;
 use crate::ledger::{Cause, Entry, Ledger};
@@ -125,6 +125,8 @@ pub struct Asked<'a> {
     pub levels: u32,
     /// Debounced level of the partner's line of each pair.
     pub others: u32,
+    /// The lines can be read; otherwise every level is low (DEC-18).
+    pub are_lines_read: bool,
     /// First step.
     pub is_first: bool,
     /// First step of a settled start.
@@ -229,15 +231,14 @@ impl Plan {
 
     /// Limits of the comparison for a cycle of `cycle_ns`.
     pub fn limits(&self, cycle_ns: u64) -> Limits {
-        let mut stop_bits = Word::ZERO;
-        if self.bits.sto_active != NO_BIT {
-            stop_bits = stop_bits.with(self.bits.sto_active, true);
-        }
+        let mark = |word: Word, bit: u8| if bit == NO_BIT { word } else { word.with(bit, true) };
+        let [mut sto, mut ss1, mut ss2] = [Word::ZERO; 3];
+        sto = mark(sto, self.bits.sto_active);
         for (_, stop) in self.stops.all() {
-            for bit in [stop.spec.status, stop.standing_status] {
-                stop_bits = if bit == NO_BIT { stop_bits } else { stop_bits.with(bit, true) };
-            }
+            let word = if stop.end == End::Sto { &mut ss1 } else { &mut ss2 };
+            *word = mark(*word, stop.spec.status);
         }
+        let stop_bits = [sto, ss1, ss2];
         let tolerance = self.tolerance_ns.checked_div(cycle_ns).unwrap_or(0);
         let has_error_bit = self.bits.error != NO_BIT;
         let error_bit = if has_error_bit { Word::ZERO.with(self.bits.error, true) } else { Word::ZERO };
@@ -321,9 +322,26 @@ impl Logic {
 
     /// Acknowledge terminals: restart and error edge (DEC-15).
     pub fn terminals(&mut self, asked: &Asked<'_>) -> (bool, bool) {
+        let Self::Lenze(logic) = self else { return (false, false) };
+        if asked.are_lines_read {
+            return logic.terminals(asked);
+        }
+        logic.forget_terminals();
+        (false, false)
+    }
+
+    /// A stop waits for a restart acknowledge whatever the set says (LNZ-OMS-13).
+    pub const fn waits_for_restart(&self) -> bool {
         match self {
-            Self::Lenze(logic) => logic.terminals(asked),
-            _ => (false, false),
+            Self::Lenze(logic) => logic.waits_for_restart(),
+            _ => false,
+        }
+    }
+
+    /// The restart acknowledge has come.
+    pub const fn restart(&mut self) {
+        if let Self::Lenze(logic) = self {
+            logic.restart();
         }
     }
 
