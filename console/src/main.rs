@@ -6,6 +6,7 @@
 mod black_channel;
 mod ctl;
 mod demo;
+mod doctor;
 mod explain;
 mod faults;
 mod log;
@@ -34,6 +35,8 @@ enum Command {
     Demo(demo::Args),
     /// Look at the black channel without a machine.
     BlackChannel(black_channel::Args),
+    /// Is this machine fit: kernel, isolation, priorities, clocks, GPIO, watchdog.
+    Doctor(doctor::Args),
     /// Explain a diagnosis code.
     Explain(explain::Args),
     /// The fault-injection campaign in virtual time, with a coverage table.
@@ -59,6 +62,7 @@ fn main() -> ExitCode {
         Command::Ctl(args) => ctl::run(&args),
         Command::Demo(args) => demo::run(&args),
         Command::BlackChannel(args) => black_channel::run(&args),
+        Command::Doctor(args) => doctor::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Faults(args) => faults::run(&args),
         Command::Gateway(args) => black_channel::gateway::run(&args),

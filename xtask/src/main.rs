@@ -17,6 +17,7 @@ const TASKS: &[Task] = &[
     ("test", "build everything and pass all tests", test),
     ("check", "format, lints, dependencies", check),
     ("no-panic", "link the three cores without any reachable panic", no_panic),
+    ("rig", "real-time kernel with a GPIO chip, in emulation (deploy/README.md)", rig),
     ("ci", "check, no-panic, test, demo", ci),
 ];
 
@@ -113,6 +114,11 @@ fn link_alone(feature: &str) -> Command {
     // One directory for each, so that the artefacts can be looked at afterwards.
     command.env("CARGO_TARGET_DIR", target().join("no-panic").join(feature));
     command
+}
+
+fn rig(rest: &[String]) -> Outcome {
+    cargo(&["build", "--release", "--workspace", "--bins"])?;
+    run(Command::new(root().join("deploy/rig/run")).args(rest).env("CARGO_TARGET_DIR", target()))
 }
 
 fn ci(_: &[String]) -> Outcome {
