@@ -78,6 +78,13 @@ pub fn parameter(name: &str) -> Vec<Parameter> {
     profiles.filter_map(|profile| find(profile, name).map(|definition| view(profile, definition))).collect()
 }
 
+/// The name of a parameter that was probably meant.
+pub fn nearest(name: &str) -> Option<&'static str> {
+    let all = definition::PROFILES.into_iter().flat_map(|profile| definition::definitions(profile).iter());
+    let known = all.chain(definition::common().iter()).map(|definition| definition.key.as_str());
+    crate::text::nearest(name, known)
+}
+
 fn find(profile: Profile, name: &str) -> Option<&'static Definition> {
     if profile == Profile::Etg61002 {
         return crate::key::etg(name).ok().map(|parts| parts.definition);
@@ -185,5 +192,6 @@ mod tests {
         assert_eq!(parameter("SLS_2.velocity_limit_u16")[0].definition.source, "T23.03, T23.04");
         assert_eq!(parameter("cc_factor")[0].written_default, "7");
         assert!(parameter("Prm999").is_empty());
+        assert_eq!(nearest("Prm067"), Some("Prm67"));
     }
 }

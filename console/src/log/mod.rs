@@ -172,3 +172,6 @@ fn ten_entries(args: &Ten, records: &[Record], json: bool) -> ExitCode {
     }
     ExitCode::SUCCESS
 }
+
+#[cfg(test)]
+mod tests;

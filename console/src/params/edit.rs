@@ -1,8 +1,8 @@
 //! Commands that write texts: new files, lists, reports.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use params::{acceptance, create, definition, vendor};
+use params::{create, definition, vendor};
 use shm_schema::profile::Profile;
 
 use super::{Failure, Outcome, machine, print, read, write};
@@ -16,16 +16,6 @@ pub struct New {
     /// Serial number to write into it; sealing takes the installation's.
     #[arg(long, default_value = "UNKNOWN")]
     serial: String,
-    /// File to create; standard output without it.
-    #[arg(long)]
-    out: Option<PathBuf>,
-}
-
-/// Options of `report`.
-#[derive(Debug, clap::Args)]
-pub struct Report {
-    /// Parameter file.
-    file: PathBuf,
     /// File to create; standard output without it.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -65,33 +55,38 @@ fn profile(name: &str) -> Result<Profile, String> {
     definition::profile_by_name(name).ok_or_else(|| format!("expected one of {}", names.join(", ")))
 }
 
-pub fn new(args: &New) -> Outcome {
-    write(args.out.as_deref(), &create::new_file(args.profile, &args.serial))
+pub fn new(args: &New, json: bool) -> Outcome {
+    wrote(args.out.as_deref(), &create::new_file(args.profile, &args.serial), json)
 }
 
-pub fn report(args: &Report, json: bool) -> Outcome {
-    let machine = machine(&args.file)?;
-    let file = args.file.display().to_string();
-    let reports: Vec<_> = machine.axes.iter().map(|axis| acceptance::acceptance(axis, &file)).collect();
-    let text = || reports.iter().map(acceptance::Acceptance::markdown).collect::<Vec<_>>().join("\n");
-    if json {
-        print(true, &reports, text);
+/// Writes a text; as JSON with the file it went to.
+fn wrote(out: Option<&Path>, text: &str, json: bool) -> Outcome {
+    if !json {
+        write(out, text)?;
+        if let Some(out) = out {
+            eprintln!("{}: written", out.display());
+        }
         return Ok(());
     }
-    write(args.out.as_deref(), &text())
+    if out.is_some() {
+        write(out, text)?;
+    }
+    let file = out.map(|out| out.display().to_string());
+    print(true, &serde_json::json!({ "file": file, "text": text }), String::new);
+    Ok(())
 }
 
-pub fn export(args: &Export) -> Outcome {
+pub fn export(args: &Export, json: bool) -> Outcome {
     let machine = machine(&args.file)?;
     let axis = machine.axes.iter().find(|axis| axis.number == args.axis);
     let axis = axis.ok_or_else(|| {
         Failure::line(format!("{}: no axis {}; expected one of its axes", args.file.display(), args.axis))
     })?;
-    write(args.out.as_deref(), &vendor::export(axis))
+    wrote(args.out.as_deref(), &vendor::export(axis), json)
 }
 
-pub fn import(args: &Import) -> Outcome {
+pub fn import(args: &Import, json: bool) -> Outcome {
     let text =
         vendor::import(&read(&args.list)?, &args.list.display().to_string(), args.profile, &args.serial)?;
-    write(args.out.as_deref(), &text)
+    wrote(args.out.as_deref(), &text, json)
 }

@@ -1,6 +1,9 @@
 //! Commands that look and judge: they write nothing.
 
-use std::{fmt::Write as _, path::PathBuf};
+use std::{
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
 
 use params::{
     AxisSet, Report, dictionary, response,
@@ -38,9 +41,9 @@ pub struct Explain {
 /// Options of `diff`.
 #[derive(Debug, clap::Args)]
 pub struct Diff {
-    /// First file.
+    /// First file, or a safety image.
     left: PathBuf,
-    /// Second file.
+    /// Second file, or a safety image.
     right: PathBuf,
 }
 
@@ -49,6 +52,13 @@ pub struct Diff {
 pub struct Response {
     /// Parameter file.
     file: PathBuf,
+    #[command(flatten)]
+    around: Around,
+}
+
+/// What only the machine's builder knows.
+#[derive(Debug, clap::Args)]
+pub struct Around {
     /// Response of the sensor, ms.
     #[arg(long, default_value_t = 0.0)]
     sensor: f64,
@@ -64,6 +74,20 @@ pub struct Response {
     /// Highest frequency at which a stop may begin, Hz (ATV).
     #[arg(long, default_value_t = 0.0)]
     start_hz: f64,
+}
+
+impl Around {
+    /// In the unit of the calculation.
+    pub fn surroundings(&self) -> response::Surroundings {
+        let us = |ms: f64| (ms.max(0.0) * 1_000.0).round() as u64;
+        response::Surroundings {
+            sensor: us(self.sensor),
+            controller: us(self.controller),
+            bus: us(self.bus),
+            watchdog: us(self.watchdog),
+            start_mhz: us(self.start_hz),
+        }
+    }
 }
 
 pub fn check(args: &Check, json: bool) -> Outcome {
@@ -151,8 +175,9 @@ pub fn explain(args: &Explain, json: bool) -> Outcome {
     let found = view::parameter(&args.name);
     if found.is_empty() {
         return Err(Failure::line(format!(
-            "unknown parameter {}; expected a name such as Prm67, C15320, SC57 or SLS_1.velocity_limit",
-            args.name
+            "unknown parameter {}{}; expected a name such as Prm67, C15320, SC57 or SLS_1.velocity_limit",
+            args.name,
+            view::nearest(&args.name).map_or(String::new(), |near| format!(", the nearest is {near}"))
         )));
     }
     print(json, &found, || found.iter().map(parameter_text).collect());
@@ -178,8 +203,52 @@ fn parameter_text(parameter: &view::Parameter) -> String {
     text
 }
 
+/// A machine out of a file that a person edits, or out of an image.
+struct Either {
+    machine: params::Machine,
+    image: bool,
+}
+
+fn either(path: &Path) -> Result<Either, Failure> {
+    let octets = std::fs::read(path)
+        .map_err(|error| Failure::line(format!("{}: {error}; expected a readable file", path.display())))?;
+    match image(path, &octets) {
+        Some(axis) => Ok(Either {
+            machine: params::Machine { file: path.display().to_string(), axes: vec![axis?] },
+            image: true,
+        }),
+        None => Ok(Either { machine: machine(path)?, image: false }),
+    }
+}
+
+/// The set of an image; `None`: the octets are no image at all.
+fn image(path: &Path, octets: &[u8]) -> Option<Result<AxisSet, Failure>> {
+    let text = std::str::from_utf8(octets).is_ok_and(|text| !text.contains('\0'));
+    if text {
+        return None;
+    }
+    let read = params::Image::read(octets).map_err(|error| error.to_string());
+    let set = read.and_then(|image| {
+        let profile = image.profile().ok_or("of no profile that is known")?;
+        let named = std::collections::BTreeMap::new();
+        Ok(AxisSet { number: image.axis, profile, serial: image.serial, values: image.values, named })
+    });
+    Some(set.map_err(|error| Failure::line(format!("{}: {error}; expected a safety image", path.display()))))
+}
+
 pub fn diff(args: &Diff, json: bool) -> Outcome {
-    let (left, right) = (machine(&args.left)?, machine(&args.right)?);
+    let (mut left, mut right) = (either(&args.left)?, either(&args.right)?);
+    // An image holds one axis: only that one is compared.
+    let only = [&left, &right]
+        .into_iter()
+        .find(|side| side.image)
+        .and_then(|side| Some(side.machine.axes.first()?.number));
+    if let Some(only) = only {
+        [&mut left, &mut right]
+            .into_iter()
+            .for_each(|side| side.machine.axes.retain(|axis| axis.number == only));
+    }
+    let (left, right) = (left.machine, right.machine);
     let mut differences = Vec::new();
     for axis in &left.axes {
         match right.axes.iter().find(|other| other.number == axis.number) {
@@ -233,14 +302,7 @@ fn object_text(object: &dictionary::Object) -> String {
 
 pub fn response(args: &Response, json: bool) -> Outcome {
     let machine = machine(&args.file)?;
-    let us = |ms: f64| (ms.max(0.0) * 1_000.0).round() as u64;
-    let around = response::Surroundings {
-        sensor: us(args.sensor),
-        controller: us(args.controller),
-        bus: us(args.bus),
-        watchdog: us(args.watchdog),
-        start_mhz: us(args.start_hz),
-    };
+    let around = args.around.surroundings();
     let chains: Vec<_> = machine
         .axes
         .iter()

@@ -6,6 +6,7 @@
 
 mod edit;
 mod judge;
+mod report;
 mod sealing;
 
 use std::{fs, path::Path, process::ExitCode};
@@ -42,7 +43,9 @@ enum Command {
     /// Calculate the response times that a file leads to.
     Response(judge::Response),
     /// Write the acceptance report of a file.
-    Report(edit::Report),
+    Report(report::Report),
+    /// Run every step of the acceptance on the simulated axis; fill in the report.
+    Accept(report::Accept),
     /// Write the plain list of the vendor.
     Export(edit::Export),
     /// Turn a plain list of the vendor into a file.
@@ -85,16 +88,17 @@ type Outcome = Result<(), Failure>;
 pub fn run(args: &Args) -> ExitCode {
     let json = args.json;
     let outcome = match &args.command {
-        Command::New(args) => edit::new(args),
+        Command::New(args) => edit::new(args, json),
         Command::Check(args) => judge::check(args, json),
         Command::Show(args) => judge::show(args, json),
         Command::Explain(args) => judge::explain(args, json),
         Command::Diff(args) => judge::diff(args, json),
         Command::Dictionary(args) => judge::dictionary(args, json),
         Command::Response(args) => judge::response(args, json),
-        Command::Report(args) => edit::report(args, json),
-        Command::Export(args) => edit::export(args),
-        Command::Import(args) => edit::import(args),
+        Command::Report(args) => report::report(args, json),
+        Command::Accept(args) => report::accept(args, json),
+        Command::Export(args) => edit::export(args, json),
+        Command::Import(args) => edit::import(args, json),
         Command::Password(args) => sealing::password(args, json),
         Command::Load(args) => sealing::load(args, json),
         Command::Seal(args) => sealing::seal(args, json),

@@ -6,6 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crosscheck::logbook::{Book, Entry, Size};
 use params::seal::{self, Installation, Prepared, SealError, replacement};
 use serde_json::json;
 
@@ -24,9 +25,19 @@ struct Place {
     /// Run folder of the machine. While a set runs in it nothing is transferred.
     #[arg(long)]
     run_dir: Option<PathBuf>,
+    /// Logbook of the machine: what is loaded or sealed is recorded there.
+    #[arg(long)]
+    logbook: Option<PathBuf>,
 }
 
 impl Place {
+    /// Every intervention stands in the logbook. Only with the lock in hand: nobody else writes.
+    fn record(&self, text: &str) -> Outcome {
+        let Some(path) = &self.logbook else { return Ok(()) };
+        let mut book = Book::open(path, Size::default()).map_err(|error| logbook(path, &error))?;
+        book.append(&Entry::Intervention(text.into())).map_err(|error| logbook(path, &error))
+    }
+
     /// Loading only in STO (AMK-PMT-11, AMK-PMT-12, AMKD-P1-02): a stopped set is in STO, a
     /// running one is asked to stop first. Whoever holds the result keeps a start waiting.
     fn in_sto(&self) -> Result<Option<File>, Failure> {
@@ -98,6 +109,33 @@ pub struct Seal {
 pub struct Verify {
     #[command(flatten)]
     place: Place,
+    /// Verify this image instead, as a third party could: against a file and a serial number.
+    #[arg(long, requires_all = ["against", "serial"])]
+    image: Option<PathBuf>,
+    /// File that the image should hold.
+    #[arg(long)]
+    against: Option<PathBuf>,
+    /// Serial number of the device that it should be sealed to.
+    #[arg(long)]
+    serial: Option<String>,
+}
+
+/// An image against a file and a device.
+fn verify_image(path: &Path, file: &Path, serial: &str, json: bool) -> Outcome {
+    let octets = std::fs::read(path)
+        .map_err(|error| Failure::line(format!("{}: {error}; expected a safety image", path.display())))?;
+    let machine = super::machine(file)?;
+    let items = seal::verify_image(&octets, &machine, serial);
+    report_items(&items, json!({ "items": &items }), "", json)
+}
+
+fn report_items(items: &[seal::Item], value: serde_json::Value, last: &str, json: bool) -> Outcome {
+    let line = |item: &seal::Item| {
+        let code = if item.code.is_empty() { String::new() } else { format!(" ({})", item.code) };
+        format!("{} {}: {}{code}\n", if item.right { "right" } else { "WRONG" }, item.what, item.found)
+    };
+    print(json, &value, || items.iter().map(line).chain([last.to_string()]).collect());
+    if items.iter().all(|item| item.right) { Ok(()) } else { Err(Failure::Short) }
 }
 
 /// Options of `clone`.
@@ -128,9 +166,13 @@ fn failure(error: SealError) -> Failure {
     }
 }
 
+fn logbook(path: &Path, error: &io::Error) -> Failure {
+    Failure::line(format!("{}: {error}; expected a logbook that can be written", path.display()))
+}
+
 fn installation(path: &Path) -> Result<Installation, Failure> {
     Installation::read(path).map_err(|error| {
-        Failure::line(format!("{}: {error}; expected the file of an installation", path.display()))
+        Failure::line(format!("{}: {error}; expected the file of an installation, as `safepair params password --serial SERIAL` makes it", path.display()))
     })
 }
 
@@ -179,6 +221,11 @@ pub fn load(args: &Load, json: bool) -> Outcome {
     let (prepared, _) = prepared(&args.file, &args.place)?;
     let _held = args.place.in_sto()?;
     seal::load(&prepared, &args.place.folder).map_err(failure)?;
+    args.place.record(&format!(
+        "set loaded, not validated: content {}, device {}",
+        prepared.content_signature(),
+        prepared.device_signature()
+    ))?;
     print(json, &transferred(&prepared, args.place.folder.as_path()), || {
         format!("{}\ncontent signature {}\n", seal::State::Loaded.text(), prepared.content_signature())
     });
@@ -199,7 +246,17 @@ pub fn seal(args: &Seal, json: bool) -> Outcome {
             asked("type it back")?
         }
     };
-    seal::seal(&prepared, &installation, &password, &typed, &args.place.folder).map_err(failure)?;
+    let sealed = seal::seal(&prepared, &installation, &password, &typed, &args.place.folder);
+    if let Err(error) = sealed {
+        // Best effort: the refusal itself is what the caller has to hear.
+        let _ = args.place.record(&format!("sealing refused: {error}"));
+        return Err(failure(error));
+    }
+    args.place.record(&format!(
+        "set sealed: content {}, device {}",
+        prepared.content_signature(),
+        prepared.device_signature()
+    ))?;
     print(json, &transferred(&prepared, &args.place.folder), || {
         format!(
             "{}\ncontent signature {}, device signature {}\nstart it with: safepair run --sealed {}\n",
@@ -230,16 +287,14 @@ fn transferred(prepared: &Prepared, folder: &Path) -> serde_json::Value {
 }
 
 pub fn verify(args: &Verify, json: bool) -> Outcome {
+    if let (Some(image), Some(file), Some(serial)) = (&args.image, &args.against, &args.serial) {
+        return verify_image(image, file, serial, json);
+    }
     let installation = installation(&args.place.installation)?;
     let items = seal::verify(&args.place.folder, &installation).map_err(failure)?;
     let state = seal::state(&args.place.folder);
-    let line = |item: &seal::Item| {
-        let code = if item.code.is_empty() { String::new() } else { format!(" ({})", item.code) };
-        format!("{} {}: {}{code}\n", if item.right { "right" } else { "WRONG" }, item.what, item.found)
-    };
-    let value = json!({ "state": state, "text": state.text(), "items": items });
-    print(json, &value, || items.iter().map(line).chain([format!("{}\n", state.text())]).collect());
-    if items.iter().all(|item| item.right) { Ok(()) } else { Err(Failure::Short) }
+    let value = json!({ "state": state, "text": state.text(), "items": &items });
+    report_items(&items, value, &format!("{}\n", state.text()), json)
 }
 
 /// The file of the sealed set, and what the documents ask for with another device.

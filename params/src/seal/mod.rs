@@ -14,6 +14,8 @@
 //!
 //! A kill at any instant leaves `current` at the whole old set or the whole new one.
 
+#[cfg(test)]
+mod faults;
 pub mod installation;
 pub mod replacement;
 mod store;
@@ -230,6 +232,33 @@ pub fn verify(folder: &Path, installation: &Installation) -> Result<Vec<Item>, S
         }
     }
     Ok(items)
+}
+
+/// Verifies one image, as a third party could: against the file it should hold and the serial
+/// number it should be sealed to.
+pub fn verify_image(octets: &[u8], machine: &Machine, serial: &str) -> Vec<Item> {
+    let read = Image::read(octets);
+    let number = read.as_ref().map_or(1, |image| image.axis);
+    // The encoding tells for which channel it is: the plain one is A's.
+    let plain = octets.first_chunk::<4>() == Some(&shm_schema::image::MAGIC.to_le_bytes());
+    let channel = if plain { "a" } else { "b" };
+    let Some(axis) = machine.axes.iter().find(|axis| axis.number == number) else {
+        let found = format!("of axis {number}, which the file does not have");
+        return vec![Item { what: "axis".into(), right: false, found, code: "3609/128/6/55".into() }];
+    };
+    let own = crate::AxisSet { serial: serial.into(), ..axis.clone() };
+    let rules = check::check_set(&own);
+    let broken = rules.iter().filter(|finding| finding.severity == crate::rule::Severity::Error);
+    let codes: Vec<_> = broken.map(|finding| format!("{} {}", finding.rule, finding.code)).collect();
+    vec![
+        judged(number, channel, Ok(read), own.signatures()),
+        Item {
+            what: "rules of the profile".into(),
+            right: codes.is_empty(),
+            found: if codes.is_empty() { "none is broken".into() } else { codes.join(", ") },
+            code: String::new(),
+        },
+    ]
 }
 
 fn confirmed(prepared: &Prepared, folder: &Path) -> Item {

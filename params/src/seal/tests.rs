@@ -212,9 +212,9 @@ fn power_may_go_at_every_instant_of_sealing() {
             }
             let old = whole(&folder, &installation);
             let new = of("302");
-            store::faults::arm(Some(instants));
+            faults::arm(Some(instants));
             let done = sealing(&new);
-            store::faults::arm(None);
+            faults::arm(None);
             let left = whole(&folder, &installation);
             assert!(left == old || left.as_deref() == Some("Prm67 = 302"), "instant {instants}: {left:?}");
             assert!(!restart(&folder.0).expect("possible"), "instant {instants}: a sealed set survives");
@@ -237,10 +237,10 @@ fn power_may_go_at_every_instant_of_loading_and_of_the_restart_after_it() {
     let set = prepare(SET, "set.toml", &installation).expect("right");
     for instants in 0..40 {
         let folder = Folder::new();
-        store::faults::arm(Some(instants));
+        faults::arm(Some(instants));
         let _ = load(&set, &folder.0);
         let _ = restart(&folder.0);
-        store::faults::arm(None);
+        faults::arm(None);
         let _ = restart(&folder.0).expect("possible");
         assert!(!folder.0.join("current").exists(), "instant {instants}: an unvalidated set survived");
     }
@@ -280,4 +280,26 @@ fn the_state_of_a_folder_follows_loading_sealing_and_restart() {
     seal(&set, &installation, PASSWORD, &set.content_signature(), &folder.0).expect("sealed");
     assert_eq!(state(&folder.0), State::Sealed);
     assert!(state(&folder.0).text().contains("restart"));
+}
+
+/// An image, a file and a serial number are enough for a third party.
+#[test]
+fn an_image_verifies_against_its_file_and_its_device_only() {
+    let (folder, _) = sealed();
+    for channel in ["a", "b"] {
+        let octets = fs::read(folder.0.join(format!("current/axis-01.{channel}.img"))).expect("there");
+        let right = |text: &str, serial: &str| {
+            let machine = crate::parse(text, "x").expect("right");
+            verify_image(&octets, &machine, serial).iter().all(|item| item.right)
+        };
+        assert!(right(SET, "SIM-0001"));
+        assert!(!right(SET, "SIM-0002"));
+        assert!(!right(&SET.replace("300", "301"), "SIM-0001"));
+        for bit in 0..octets.len() * 8 {
+            let mut damaged = octets.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            let machine = crate::parse(SET, "x").expect("right");
+            assert!(!verify_image(&damaged, &machine, "SIM-0001").iter().all(|item| item.right), "bit {bit}");
+        }
+    }
 }
