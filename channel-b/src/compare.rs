@@ -76,6 +76,8 @@ pub struct Comparison {
     last: Differences,
     /// Nothing differed in the newest exchange, tolerated or not.
     is_quiet: bool,
+    /// A timer may run.
+    is_timing: bool,
 }
 
 impl Comparison {
@@ -95,6 +97,7 @@ impl Comparison {
                 identity: false,
             },
             is_quiet: false,
+            is_timing: false,
         }
     }
 
@@ -129,16 +132,22 @@ impl Comparison {
         if self.compared == Some(partner.exchange) {
             return self.last;
         }
-        let kept = self.kept.iter().flatten().find(|own| own.exchange == partner.exchange);
-        let own = if current.exchange == partner.exchange { Some(*current) } else { kept.copied() };
-        let Some(own) = own else { return self.last };
+        let late;
+        let own = if current.exchange == partner.exchange {
+            current
+        } else {
+            let mut kept = self.kept.iter().flatten();
+            let Some(own) = kept.find(|own| own.exchange == partner.exchange) else { return self.last };
+            late = *own;
+            &late
+        };
         if !(is_comparable(own.phase) & is_comparable(partner.phase)) {
             self.is_quiet = false;
             return self.last;
         }
         self.compared = Some(partner.exchange);
-        let expired = self.time(&own, partner, limits, is_starting);
-        self.last = difference(&own, partner, limits, build, expired);
+        let expired = self.time(own, partner, limits, is_starting);
+        self.last = difference(own, partner, limits, build, expired);
         self.last
     }
 
@@ -150,6 +159,10 @@ impl Comparison {
         limits: &Limits,
         is_starting: bool,
     ) -> ([bool; STOPS], bool) {
+        if is_alike(own, partner) {
+            self.rest(true);
+            return ([false; STOPS], false);
+        }
         // One channel may come to the next phase of start-up before the other: what its status
         // shows then, and an error of one that pairs, only keeps the other waiting.
         let is_ahead = is_starting & (own.phase != partner.phase);
@@ -165,15 +178,25 @@ impl Comparison {
         let single = single(own, partner, differs_by_error & !is_starting, stops);
         let lanes = [status, xor(&own.requested, &partner.requested), single];
         let is_still = lanes.iter().all(|lane| lane.0 == [0; 8]);
-        self.is_quiet = is_still & !differs_by_error;
         if is_still {
-            self.timed = [None; TIMED];
-            self.crowded = None;
+            self.rest(!differs_by_error);
             return ([false; STOPS], false);
         }
+        self.is_quiet = false;
+        self.is_timing = true;
         self.forget(&lanes);
         self.enter(&lanes, own.exchange);
         self.expired(own.exchange, limits.tolerance)
+    }
+
+    /// Nothing differs: no timer runs.
+    fn rest(&mut self, is_quiet: bool) {
+        self.is_quiet = is_quiet;
+        if self.is_timing {
+            self.timed = [None; TIMED];
+            self.crowded = None;
+            self.is_timing = false;
+        }
     }
 
     /// An item that agrees again loses its timer (DEC-21).
@@ -255,6 +278,16 @@ fn difference(
         speed: speed.saturating_abs() > limits.speed,
         identity: other_build | (own.parameter_signature != partner.parameter_signature),
     }
+}
+
+/// The usual case: everything that is timed is the same.
+fn is_alike(own: &Report, partner: &Report) -> bool {
+    let words = (own.status == partner.status) & (own.requested == partner.requested);
+    let levels = (own.inputs ^ partner.inputs) | (own.acknowledgements ^ partner.acknowledgements);
+    let bus = (own.session_id == partner.session_id) & (own.frame_digest == partner.frame_digest);
+    let state = (own.stop == partner.stop) & (own.phase == partner.phase);
+    let errors = own.errors.is_empty() & partner.errors.is_empty();
+    words & (levels == 0) & bus & state & errors
 }
 
 /// Errors stand that are not about differences between the channels.

@@ -173,19 +173,23 @@ pub struct Inputs {
     pub lines: [Line; PAIRS],
     /// Lines .1, for profiles with a discrepancy time of their own.
     pub others: [Line; PAIRS],
+    /// Pairs that are evaluated, and whether lines .1 are too.
+    pairs: usize,
+    has_others: bool,
     samples: Option<u64>,
     are_read: bool,
 }
 
 impl Inputs {
-    /// Lines with their setups.
-    pub fn new(setups: [LineSetup; PAIRS]) -> Self {
-        Self { lines: setups.map(Line::new), others: setups.map(Line::new), samples: None, are_read: false }
+    /// Lines with their setups; the first `pairs` are evaluated, lines .1 where asked for.
+    pub fn new(setups: [LineSetup; PAIRS], pairs: usize, has_others: bool) -> Self {
+        let (lines, others) = (setups.map(Line::new), setups.map(Line::new));
+        Self { lines, others, pairs, has_others, samples: None, are_read: false }
     }
 
     /// Levels of lines .1, bit n for pair n; all low when unreadable.
     pub fn others(&self) -> u32 {
-        if !self.are_read {
+        if !(self.are_read & self.has_others) {
             return 0;
         }
         (0..).zip(&self.others).fold(0, |levels, (pair, line)| levels | u32::from(line.level()) << (pair & 3))
@@ -203,8 +207,9 @@ impl Inputs {
             Some(before) => io.samples.wrapping_sub(before).min(64) as u32,
             None => 64,
         };
-        let own = self.lines.iter_mut().zip(io.line_2);
-        let others = self.others.iter_mut().zip(io.line_1);
+        let own = self.lines.iter_mut().zip(io.line_2).take(self.pairs);
+        let watched = if self.has_others { self.pairs } else { 0 };
+        let others = self.others.iter_mut().zip(io.line_1).take(watched);
         for (line, pattern) in own.chain(others) {
             if settled {
                 line.settle(pattern);
@@ -213,7 +218,8 @@ impl Inputs {
             }
         }
         self.samples = Some(io.samples);
-        (0..).zip(&self.lines).fold(0, |levels, (pair, line)| levels | u32::from(line.level()) << (pair & 3))
+        let lines = (0..).zip(self.lines.iter().take(self.pairs));
+        lines.fold(0, |levels, (pair, line)| levels | u32::from(line.level()) << (pair & 3))
     }
 }
 
@@ -281,7 +287,7 @@ mod tests {
     #[test]
     fn an_unreadable_input_reads_low_even_when_its_line_is_inverted() {
         let setup = LineSetup { filter_us: 250, is_inverted: true, ..LineSetup::default() };
-        let mut inputs = Inputs::new([setup; PAIRS]);
+        let mut inputs = Inputs::new([setup; PAIRS], PAIRS, true);
         assert_eq!(inputs.take(None, true), 0);
         assert_eq!(inputs.take(Some(&Io::default()), true), 0xF);
     }

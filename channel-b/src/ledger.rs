@@ -64,16 +64,31 @@ struct Standing {
 pub struct Ledger {
     entries: [Option<Standing>; ENTRIES],
     overflow: bool,
+    /// What follows from the entries, kept with every change.
+    is_empty: bool,
+    has_error: bool,
+    demands_sto: bool,
+    stops: u16,
 }
 
 impl Ledger {
     /// Nothing stands.
     pub const fn new() -> Self {
-        Self { entries: [None; ENTRIES], overflow: false }
+        Self {
+            entries: [None; ENTRIES],
+            overflow: false,
+            is_empty: true,
+            has_error: false,
+            demands_sto: false,
+            stops: 0,
+        }
     }
 
     /// A new cycle: causes that are not raised again count as gone.
     pub fn begin_cycle(&mut self) {
+        if self.is_empty {
+            return;
+        }
         for place in &mut self.entries {
             let Some(standing) = place else { continue };
             standing.fresh = standing.fresh.saturating_sub(1);
@@ -82,6 +97,7 @@ impl Ledger {
                 *place = None;
             }
         }
+        self.sum_up();
     }
 
     /// Raises `entry`, or refreshes its cause when it stands already.
@@ -99,6 +115,21 @@ impl Ledger {
             Some(place) => *place = Some(Standing { entry, fresh: 2 }),
             None => self.overflow = true,
         }
+        self.sum_up();
+    }
+
+    fn sum_up(&mut self) {
+        self.is_empty = self.entries.iter().all(Option::is_none);
+        let (mut has_error, mut demands_sto, mut stops) = (self.overflow, self.overflow, 0);
+        for entry in self.iter() {
+            has_error |= entry.is_error;
+            match entry.reaction {
+                Reaction::None => {}
+                Reaction::Sto => demands_sto = true,
+                Reaction::Stop(place) => stops |= 1 << (place & 15),
+            }
+        }
+        (self.has_error, self.demands_sto, self.stops) = (has_error, demands_sto, stops);
     }
 
     /// One edge clears everything whose cause is gone (DEC-15). `settled`: no stop function
@@ -119,31 +150,30 @@ impl Ledger {
         if self.entries.iter().all(Option::is_none) {
             self.overflow = false;
         }
+        self.sum_up();
     }
 
     /// Torque off is demanded.
-    pub fn demands_sto(&self) -> bool {
-        let any = self.iter().any(|entry| entry.reaction == Reaction::Sto);
-        any | self.overflow
+    pub const fn demands_sto(&self) -> bool {
+        self.demands_sto
     }
 
     /// Stop functions demanded, bit n for place n.
-    pub fn demanded_stops(&self) -> u16 {
-        self.iter().fold(0, |mask, entry| match entry.reaction {
-            Reaction::Stop(place) => mask | 1 << (place & 15),
-            Reaction::None | Reaction::Sto => mask,
-        })
+    pub const fn demanded_stops(&self) -> u16 {
+        self.stops
     }
 
     /// Something stands that sets the error bit.
-    pub fn has_error(&self) -> bool {
-        let any = self.iter().any(|entry| entry.is_error);
-        any | self.overflow
+    pub const fn has_error(&self) -> bool {
+        self.has_error
     }
 
     /// What stands, sorted, as a report carries it.
     pub fn list(&self) -> ErrorList {
         let mut list = ErrorList::default();
+        if self.is_empty {
+            return list;
+        }
         for entry in self.iter() {
             list.insert(entry.code);
         }

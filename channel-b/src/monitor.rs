@@ -17,6 +17,7 @@ mod tests_outputs;
 #[cfg(test)]
 mod tests_start;
 
+use shm_schema::answer::Answer;
 use shm_schema::drive::DriveRequest;
 use shm_schema::error::ErrorCode;
 use shm_schema::exchange::{Inputs, Outputs, Setup, Start};
@@ -35,7 +36,6 @@ use crate::engine::spec::{NO_BIT, Reaction};
 use crate::engine::stops::{Demand, End};
 use crate::fresh::{Clock, Freshness};
 use crate::image::Image;
-use crate::inputs;
 use crate::ledger::{Cause, Entry, Ledger};
 use crate::outputs::Outputs as SafeOutputs;
 use crate::path::Path;
@@ -59,6 +59,8 @@ pub struct Monitor {
     senses: Senses,
     bus: Bus,
     history: History,
+    /// New on the black channel in this cycle.
+    answer: Option<Answer>,
     safe_outputs: SafeOutputs,
     is_first: bool,
     /// The path was driven under torque in the cycle before.
@@ -66,6 +68,8 @@ pub struct Monitor {
     /// It was dropped because no accepted agreement was young enough.
     has_lapsed: bool,
     restart_pending: bool,
+    /// Stop functions requested in this cycle.
+    asked: u16,
     flow: u32,
 }
 
@@ -131,7 +135,7 @@ impl Monitor {
                 producer_clock: Clock::new(factor(setup)),
                 partner_clock: Clock::new(factor(setup)),
                 evaluation: Evaluation::new(plan.encoder),
-                lines: inputs::Inputs::new(plan.lines),
+                lines: plan.inputs(),
                 motion: Motion::default(),
                 sampled_ns: 0,
                 exchange: 0,
@@ -141,12 +145,14 @@ impl Monitor {
             },
             bus: Bus::new(setup.bus, plan.telegram()),
             history: History::new(),
+            answer: None,
             safe_outputs: SafeOutputs::new(plan.outputs, setup.cycle_ns, factor(setup)),
             plan,
             is_first: true,
             was_driving: false,
             has_lapsed: false,
             restart_pending: false,
+            asked: 0,
             flow: 0,
         }
     }
@@ -181,6 +187,7 @@ impl Monitor {
         edges.error |= error;
         self.acknowledge(edges.any());
         let requested = self.plan.logic.requests(&self.plan.bits, &asked, &self.plan.bank, &mut self.ledger);
+        self.asked = self.asked(&requested);
         let starts = self.start_up(&cells, &requested, edges.any() | edges.restart, now_ns);
         // ETG-RST-03: the edge counts while the request is shown.
         let restart = edges.restart & self.restart_pending;
@@ -193,8 +200,10 @@ impl Monitor {
         let report = self.compare(inputs, &cells, &requested, now_ns);
         self.restart_pending = self.awaits_restart(&requested, &cells);
         let mut outputs = self.drive(report, &cells);
-        outputs.answer = cells.answer;
-        self.history.note_own(&outputs.report);
+        outputs.answer = self.answer.take();
+        if self.bus.is_used() {
+            self.history.note_own(&outputs.report);
+        }
         self.is_first = false;
         outputs
     }
@@ -242,6 +251,10 @@ impl Monitor {
 
     /// A stop could be left but for the restart acknowledge.
     fn awaits_restart(&self, requested: &Word, cells: &senses::Cells) -> bool {
+        let is_acknowledged = self.sto_needs_restart() | (self.plan.sos_needs_restart != 0);
+        if !is_acknowledged {
+            return false;
+        }
         let demand = self.demand(requested, cells, true);
         if self.plan.stops.in_sto() {
             let is_free = demand.may_leave & self.sto_needs_restart() & !demand.sto;
@@ -251,16 +264,21 @@ impl Monitor {
         stands & demand.may_leave_sos & self.sos_needs_restart() & self.plan.stops.is_released(&demand)
     }
 
+    /// Stop functions requested in this cycle, bit n for place n.
+    fn asked(&self, requested: &Word) -> u16 {
+        self.plan.stops.all().fold(0, |mask, (place, stop)| {
+            let bit = stop.spec.control;
+            let is_asked = (bit != NO_BIT) && requested.bit(bit);
+            mask | u16::from(is_asked) << (place & 15)
+        })
+    }
+
     fn requests_sto(&self, requested: &Word) -> bool {
         (self.plan.bits.sto != NO_BIT) && requested.bit(self.plan.bits.sto)
     }
 
     fn demand(&self, requested: &Word, cells: &senses::Cells, restart: bool) -> Demand {
-        let asked = self.plan.stops.all().fold(0, |mask, (place, stop)| {
-            let bit = stop.spec.control;
-            let is_asked = (bit != NO_BIT) && requested.bit(bit);
-            mask | u16::from(is_asked) << (place & 15)
-        });
+        let asked = self.asked;
         let is_operational = self.startup.phase() == Phase::Operational;
         let must = self.requests_sto(requested) | self.ledger.demands_sto() | cells.crosscheck_error;
         Demand {

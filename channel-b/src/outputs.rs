@@ -95,6 +95,9 @@ impl Line {
 
     /// Whether the line does not follow. `count` samples are new.
     fn judge(&mut self, pattern: u64, count: u64, factor: u32, samples: u32) -> bool {
+        if !self.setup.is_watched {
+            return false;
+        }
         let whole = ones(count.min(64) as u32);
         let seen = pattern & whole;
         let (has_high, has_low) = (seen != 0, seen != whole);
@@ -112,7 +115,7 @@ impl Line {
         if is_missing {
             self.pulse_age = None;
         }
-        self.setup.is_watched & (is_wrongly_high | is_wrongly_low | is_missing)
+        is_wrongly_high | is_wrongly_low | is_missing
     }
 }
 

@@ -45,9 +45,16 @@ fn main() -> ExitCode {
         eprintln!("steps-b: {profile:?} is amk-kw, etg-6100-2, lenze-sm301, atv340 or guard");
         return ExitCode::from(2);
     };
-    let torque = run(&plan, steps);
+    let last = run(&plan, steps);
+    let torque = last.is_some_and(|last| last.inhibit.permit);
     println!("{profile} instances {instances} steps {steps} torque {torque}");
-    ExitCode::SUCCESS
+    if torque {
+        return ExitCode::SUCCESS;
+    }
+    // A set that trips would be measured in STO.
+    let errors = last.map(|last| last.report.errors);
+    eprintln!("steps-b: no torque: {:?}", errors.map(|list| list.iter().copied().collect::<Vec<_>>()));
+    ExitCode::from(1)
 }
 
 /// A parameter set and a control word that keep everything active without a violation.
@@ -74,7 +81,7 @@ fn defaults(rows: &[facts::Parameter]) -> BTreeMap<u32, i32> {
 /// Every function but the three stops: 12 request bits at 0, SMS and SEM always.
 fn amk() -> Plan {
     let mut values = defaults(&amk_kw::PARAMETERS);
-    values.extend([(2, 1_000_000), (3, 60_000), (67, 3_000), (64, 3_000), (65, 2_000_000_000)]);
+    values.extend([(2, 1_000_000), (3, 60_000), (67, 3_000), (64, 10), (65, 2_000_000_000)]);
     values.extend([(66, -2_000_000_000), (28, 3_000), (29, 2_000_000_000)]);
     for first in [30, 36, 42, 48] {
         values.extend([(first + 3, 2_000), (first + 4, -2_000)]);
@@ -118,7 +125,8 @@ fn lenze() -> Plan {
 fn atv() -> Plan {
     let mut values = defaults(&atv340::PARAMETERS);
     values.extend([(65, 1), (66, 1), (39, 4), (48, 1_000), (50, 900), (56, 1), (57, 1_500), (58, 1_500)]);
-    values.extend([(2, 2), (5, 5), (6, 1_024)]);
+    values.extend([(1, 1), (2, 2), (4, 2_000), (5, 5), (6, 1_024)]);
+    values.extend([(36, 1), (30, 200), (31, 100), (32, 50), (33, 50), (34, 5)]);
     Plan { profile: Profile::Atv340, values, word: Word::from_u32(1 | 1 << atv340::control::SLS) }
 }
 
@@ -137,18 +145,18 @@ fn image(plan: &Plan) -> Vec<u8> {
     octets
 }
 
-/// Whether torque stands at the end; a set that trips would be measured in STO.
-fn run(plan: &Plan, steps: u64) -> bool {
+/// The outputs of the last step.
+fn run(plan: &Plan, steps: u64) -> Option<Outputs> {
     let mut monitor = Monitor::new(&image(plan), &Setup::new(1, NONCE, Start::Settled));
     let mut inputs = first_inputs(plan);
-    let mut torque = false;
+    let mut last = None;
     for cycle in 0..steps {
         advance(&mut inputs, cycle);
         let outputs = monitor.step(black_box(&inputs), cycle * MS);
-        torque = outputs.inhibit.permit;
         feed_back(&mut inputs, &outputs);
+        last = Some(outputs);
     }
-    torque
+    last
 }
 
 #[allow(clippy::unnecessary_wraps, reason = "the type the inputs have")]

@@ -20,6 +20,8 @@ pub struct Bank {
 struct Slot {
     spec: Spec,
     state: State,
+    /// Once landed, the window is all there is to judge.
+    is_plain: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +35,10 @@ enum State {
 impl Bank {
     /// No function.
     pub const fn new() -> Self {
-        Self { slots: [Slot { spec: Spec::IDLE, state: State::Idle }; MONITORS_MAX], count: 0 }
+        Self {
+            slots: [Slot { spec: Spec::IDLE, state: State::Idle, is_plain: false }; MONITORS_MAX],
+            count: 0,
+        }
     }
 
     /// Adds a function; `false` when the bank is full.
@@ -41,7 +46,7 @@ impl Bank {
         let Some(slot) = self.slots.get_mut(self.count) else {
             return false;
         };
-        *slot = Slot { spec, state: State::Idle };
+        *slot = Slot { spec, state: State::Idle, is_plain: is_plain(&spec) };
         self.count = self.count.saturating_add(1);
         true
     }
@@ -79,7 +84,11 @@ impl Bank {
 
     /// Enters the status bit of every function that stands in its window.
     pub fn show(&self, status: Word, motion: &Motion) -> Word {
-        self.slots.iter().take(self.count).fold(status, |word, slot| slot.show(word, motion))
+        let mut word = status;
+        for slot in self.slots.iter().take(self.count) {
+            slot.show(&mut word, motion);
+        }
+        word
     }
 
     /// Whether the function with status bit `bit` is requested and was not violated.
@@ -125,6 +134,11 @@ impl Slot {
         let State::Active(record) = &mut self.state else {
             return None;
         };
+        // The usual case of every cycle: nothing has changed since the window was reached.
+        let is_kept = self.is_plain && record.keeps(&self.spec.window, motion);
+        if is_kept {
+            return None;
+        }
         if self.spec.bit_only {
             return None;
         }
@@ -144,15 +158,26 @@ impl Slot {
         }
     }
 
-    fn show(&self, word: Word, motion: &Motion) -> Word {
-        if self.spec.status == NO_BIT {
-            return word;
-        }
-        let bit = if self.spec.bit_only | self.spec.shows_inside {
+    #[inline]
+    fn show(&self, word: &mut Word, motion: &Motion) {
+        let bit = self.spec.status;
+        let is_shown = if self.spec.bit_only | self.spec.shows_inside {
             matches!(self.state, State::Active(_)) && is_inside(&self.spec, motion)
         } else {
             self.stands()
         };
-        if bit { word.with(self.spec.status, true) } else { word }
+        if !is_shown {
+            return;
+        }
+        if let Some(part) = word.0.get_mut(usize::from(bit >> 5)).filter(|_| bit != NO_BIT) {
+            *part |= 1 << (bit & 31);
+        }
     }
+}
+
+/// No second window, no dwell, no furthest position: the landed state has nothing to keep.
+fn is_plain(spec: &Spec) -> bool {
+    let has_hold = (spec.hold.lower != i64::MIN) | (spec.hold.upper != i64::MAX);
+    let keeps = has_hold | spec.hold_only | (spec.ratchet != 0) | (spec.approach.dwell_ns >= 0);
+    !(keeps | spec.bit_only)
 }

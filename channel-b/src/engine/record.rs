@@ -78,6 +78,18 @@ impl Record {
         self.landed.is(true)
     }
 
+    /// The window was reached before and is kept. Damage is no answer here: what is asked for
+    /// is found whole, or the full judgement follows.
+    #[inline]
+    pub fn keeps(&self, window: &Range, motion: &Motion) -> bool {
+        let reference = match window.quantity {
+            Quantity::Travel => self.position.get(),
+            _ => Some(0),
+        };
+        let has_landed = self.landed.is(false);
+        has_landed && reference.is_some_and(|reference| breach_of(window, motion, reference).is_none())
+    }
+
     /// Reference position, increments.
     pub fn reference(&self) -> Option<i64> {
         self.position.get()

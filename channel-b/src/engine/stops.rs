@@ -49,6 +49,7 @@ pub struct Demand {
 #[derive(Debug, Clone, Copy)]
 pub struct Stops {
     table: [Option<Stop>; STOPS_MAX],
+    count: usize,
     active: Option<(u8, Record)>,
     sto: Twin,
     /// When STO was entered, ns.
@@ -70,6 +71,7 @@ impl Stops {
     pub const fn new() -> Self {
         Self {
             table: [None; STOPS_MAX],
+            count: 0,
             active: None,
             sto: Twin::flag(true),
             entered: Twin::time(0),
@@ -82,13 +84,10 @@ impl Stops {
 
     /// Adds a stop function; its place, or `None` when there is no room.
     pub fn add(&mut self, stop: Stop) -> Option<u8> {
-        for (place, slot) in (0..).zip(&mut self.table) {
-            if slot.is_none() {
-                *slot = Some(stop);
-                return Some(place);
-            }
-        }
-        None
+        let place = self.count;
+        *self.table.get_mut(place)? = Some(stop);
+        self.count = self.count.saturating_add(1);
+        Some(place as u8)
     }
 
     /// The STO of a finished stop lasts at least this long (ATV 100 ms).
@@ -98,7 +97,9 @@ impl Stops {
 
     /// The stop functions in use, with their places.
     pub fn all(&self) -> impl Iterator<Item = (u8, &Stop)> {
-        (0..).zip(&self.table).filter_map(|(place, stop)| Some((place, stop.as_ref()?)))
+        (0..)
+            .zip(self.table.iter().take(self.count))
+            .filter_map(|(place, stop)| Some((place, stop.as_ref()?)))
     }
 
     /// Torque is off.
@@ -202,17 +203,33 @@ impl Stops {
         found: &mut dyn FnMut(u8, &Spec, Breach, Phase),
     ) {
         self.interrupted &= demand.stops;
+        let is_idle = !demand.sto & !self.in_sto() & (demand.stops == 0) & self.active.is_none();
+        if is_idle {
+            return;
+        }
         if demand.sto {
             self.enter_sto(0, now);
         }
         if self.in_sto() {
-            let place = self.place().map_or(0, |place| 1 << (place & 15));
-            self.interrupted |= place & demand.stops;
-            self.active = None;
+            self.abort(demand);
             return;
         }
         self.select(demand, now, motion);
         self.judge(now, motion, found);
+    }
+
+    /// STO ends what runs. An SS1 has its end state then: while the request that it had stands,
+    /// STO stands (DEC-11, DEC-13, ATV-SS1-12).
+    fn abort(&mut self, demand: &Demand) {
+        let Some(place) = self.place() else { return };
+        let bit = 1_u16 << (place & 15);
+        self.interrupted |= bit & demand.stops;
+        let is_ss1 = self.running().is_some_and(|(stop, _)| stop.end == End::Sto);
+        if is_ss1 {
+            let held = self.held.get().unwrap_or(0) | i64::from(bit & demand.requests);
+            self.held = Twin::new(held);
+        }
+        self.active = None;
     }
 
     fn enter_sto(&mut self, origin: i64, now: u64) {

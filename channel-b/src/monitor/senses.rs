@@ -1,7 +1,6 @@
 //! What a step sees: fresh cells, motion, words, acknowledge edges.
 
 use shm_schema::agreement::{Agreement, PathTest};
-use shm_schema::answer::Answer;
 use shm_schema::encoder::Encoder;
 use shm_schema::exchange::{Inputs, Received, Sampled};
 use shm_schema::inhibit::Readback;
@@ -68,8 +67,6 @@ pub struct Cells {
     pub acknowledge: u32,
     /// The command comes by a standing connection, or is fresh where there is no bus (DEC-16).
     pub is_connected: bool,
-    /// New on the black channel.
-    pub answer: Option<Answer>,
     /// What happened on the black channel.
     pub events: Events,
     /// Non-safe.
@@ -170,7 +167,6 @@ impl Monitor {
             are_lines_read: false,
             acknowledge: 0,
             is_connected: false,
-            answer: None,
             events: Events::default(),
             drive_n0: false,
             is_plausible: false,
@@ -320,7 +316,7 @@ impl Monitor {
         let command = command.filter(|command| self.bus.is_believed(command.source));
         let before = self.history.of(cells.exchange.saturating_sub(1));
         let seen = before.filter(|seen| self.plan.telegram().is_sendable(seen));
-        (cells.answer, cells.events) = self.bus.step(command, cells.exchange, now, seen.as_ref());
+        (self.answer, cells.events) = self.bus.step(command, cells.exchange, now, seen.as_ref());
         self.plan.logic.watch_bus(&cells.events, &mut self.ledger);
     }
 

@@ -25,7 +25,7 @@ use crate::engine::record::{Breach, Phase};
 use crate::engine::spec::{NO_BIT, Reaction, Spec};
 use crate::engine::stops::{End, Stops};
 use crate::image::{Flaw, Image};
-use crate::inputs::LineSetup;
+use crate::inputs::{Inputs, LineSetup};
 use crate::ledger::{Cause, Entry, Ledger};
 
 /// Step of the fault tolerance time, ns (DEC-20).
@@ -222,6 +222,16 @@ impl Plan {
         let slot = image.value(common::ENCODER_B, 1);
         self.encoder.slot = Some(u8::from(slot == 2));
         self.encoder.periods = image.value(common::PERIODS_PER_REVOLUTION, 1024).max(1).unsigned_abs();
+    }
+
+    /// The input lines the profile evaluates.
+    pub fn inputs(&self) -> Inputs {
+        let (pairs, has_others) = match self.profile {
+            Profile::AmkKw => (3, false),
+            Profile::LenzeSm301 => (PAIRS, true),
+            _ => (0, false),
+        };
+        Inputs::new(self.lines, pairs, has_others)
     }
 
     /// What travels on the black channel.
