@@ -62,6 +62,8 @@ pub struct Stops {
     held: Twin,
     /// Bit n: stop n was interrupted by STO and its request has not gone since.
     interrupted: u16,
+    /// Requests of this cycle.
+    requests: u16,
     /// How long the STO of a finished stop lasts at least, ns (DEC-48).
     sto_least_ns: u64,
 }
@@ -78,6 +80,7 @@ impl Stops {
             origin: Twin::new(0),
             held: Twin::new(0),
             interrupted: 0,
+            requests: 0,
             sto_least_ns: 0,
         }
     }
@@ -203,6 +206,7 @@ impl Stops {
         found: &mut dyn FnMut(u8, &Spec, Breach, Phase),
     ) {
         self.interrupted &= demand.stops;
+        self.requests = demand.requests;
         let is_idle = !demand.sto & !self.in_sto() & (demand.stops == 0) & self.active.is_none();
         if is_idle {
             return;
@@ -226,10 +230,18 @@ impl Stops {
         self.interrupted |= bit & demand.stops;
         let is_ss1 = self.running().is_some_and(|(stop, _)| stop.end == End::Sto);
         if is_ss1 {
-            let held = self.held.get().unwrap_or(0) | i64::from(bit & demand.requests);
-            self.held = Twin::new(held);
+            self.hold(bit & demand.requests);
         }
         self.active = None;
+    }
+
+    /// The request of the SS1 that has ended here holds STO, and so does that of every other SS1
+    /// that was requested beside it (ETG-GEN-12).
+    fn hold(&mut self, own: u16) {
+        let beside =
+            self.all().fold(0, |mask, (place, stop)| mask | u16::from(stop.end == End::Sto) << (place & 15));
+        let held = self.held.get().unwrap_or(0) | i64::from(own | (beside & self.requests));
+        self.held = Twin::new(held);
     }
 
     fn enter_sto(&mut self, origin: i64, now: u64) {
@@ -275,8 +287,9 @@ impl Stops {
             let is_own_reaction = matches!((breach, stop.spec.reaction), (Breach::Line, Reaction::Stop(_)));
             if !is_own_reaction {
                 self.enter_sto(0, now);
-                let is_end_state = stop.end == End::Sto;
-                self.held = Twin::new(if is_end_state { 1 << (place & 15) } else { 0 });
+                if stop.end == End::Sto {
+                    self.hold(1 << (place & 15));
+                }
             }
             return found(place, &stop.spec, breach, verdict.phase);
         }
@@ -285,7 +298,7 @@ impl Stops {
         let is_over = (verdict.phase == Phase::Window) & (stop.end == End::Sto);
         if is_over {
             self.active = None;
-            self.held = Twin::new(1 << (place & 15));
+            self.hold(1 << (place & 15));
             self.enter_sto(1 << (place & 15), now);
         }
     }

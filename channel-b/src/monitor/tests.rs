@@ -174,6 +174,23 @@ fn an_ss1_requested_after_an_ss1_reaction_is_remembered() {
     assert_eq!(rig.step().report.stop, Stop::None);
 }
 
+/// DEC-11, DEC-13: an SS1 that STO aborted has its end state; its standing request holds it.
+#[test]
+fn an_aborted_ss1_does_not_start_again_while_its_request_stands() {
+    let mut rig = amk(&[(18, 500), (20, 1000), (21, 30)]);
+    rig.step();
+    rig.world.word = request(control::SS1);
+    assert_eq!(rig.step().report.stop, Stop::Ss1);
+    rig.world.word &= request(control::STO);
+    rig.step();
+    rig.world.word = request(control::SS1);
+    for _ in 0..50 {
+        assert_eq!(rig.step().report.stop, Stop::Sto);
+    }
+    rig.world.word = NEUTRAL;
+    assert_eq!(rig.step().report.stop, Stop::None);
+}
+
 /// DEC-48: a stop whose request has gone before its end is visible for one cycle.
 #[test]
 fn a_pulse_runs_ss1_to_its_end_and_one_cycle_of_sto() {
