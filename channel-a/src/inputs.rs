@@ -121,8 +121,16 @@ impl Pulses {
             return None;
         }
         let tolerance = self.period / PERIOD_TOLERANCE_DIVISOR;
+        let latest = self.period.saturating_add(tolerance);
+        let new = new.min(PATTERN);
+        let read = u64::MAX.checked_shr(PATTERN.saturating_sub(new) as u32).unwrap_or(0);
+        // Most patterns hold no pulse at all.
+        if (!pattern & read == 0) & !self.low {
+            self.since = self.since.saturating_add(new);
+            return if self.since > latest { Some(PulseFault::Missing) } else { None };
+        }
         let mut fault = None;
-        for index in (0..new.min(PATTERN) as u32).rev() {
+        for index in (0..new as u32).rev() {
             let low = pattern.wrapping_shr(index) & 1 == 0;
             let begins = low & !self.low;
             self.low = low;
@@ -136,8 +144,7 @@ impl Pulses {
                 self.since = 0;
             }
         }
-        let late = self.since > self.period.saturating_add(tolerance);
-        if late { Some(PulseFault::Missing) } else { fault }
+        if self.since > latest { Some(PulseFault::Missing) } else { fault }
     }
 }
 

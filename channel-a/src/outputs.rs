@@ -40,6 +40,8 @@ impl Gaps {
 #[derive(Debug, Clone, Copy)]
 struct Line {
     gaps: Gaps,
+    /// Sample of the period in which the gap begins.
+    begin: u64,
     /// Samples since the period began.
     at: u64,
     level: bool,
@@ -53,22 +55,33 @@ struct Line {
 
 impl Line {
     const fn new(gaps: Gaps) -> Self {
-        Self { gaps, at: 0, level: false, whole_cycles: 0, unseen_cycles: 0, unseen_gaps: 0, contradicted: 0 }
+        let begin = if gaps.exist() { gaps.period.saturating_sub(gaps.pulse) } else { u64::MAX };
+        Self {
+            gaps,
+            begin,
+            at: 0,
+            level: false,
+            whole_cycles: 0,
+            unseen_cycles: 0,
+            unseen_gaps: 0,
+            contradicted: 0,
+        }
     }
 
     /// Samples of the next cycle, bit k the k-th of `samples`.
-    fn drive(&mut self, level: bool, samples: u64) -> u64 {
+    fn drive(&mut self, level: bool, samples: u64, all: u64) -> u64 {
         self.level = level;
         self.whole_cycles = self.whole_cycles.saturating_add(1);
-        let all = mask(samples);
-        if !self.gaps.exist() {
+        let after = self.at.saturating_add(samples);
+        // Most cycles have no gap.
+        if after <= self.begin {
+            self.at = after;
             return if level { all } else { 0 };
         }
-        let begin = self.gaps.period.saturating_sub(self.gaps.pulse).saturating_sub(self.at);
         let end = self.gaps.period.saturating_sub(self.at);
-        let low = mask(end) & !mask(begin) & all;
-        let begins = (low != 0) & (self.at < self.gaps.period.saturating_sub(self.gaps.pulse));
-        self.at = self.at.saturating_add(samples);
+        let low = mask(end) & !mask(self.begin.saturating_sub(self.at)) & all;
+        let begins = (low != 0) & (self.at < self.begin);
+        self.at = after;
         if self.at >= self.gaps.period {
             self.at = self.at.saturating_sub(self.gaps.period);
         }
@@ -140,9 +153,10 @@ impl Outputs {
     /// What is driven in the cycle that follows, with these levels of SA1.1 and SA2.1.
     pub fn drive(&mut self, levels: [bool; SAFE_LINES]) -> [u64; LINES] {
         let wanted = [levels[0], levels[1], self.supplies];
+        let all = mask(self.samples);
         let mut driven = [0; LINES];
         for ((place, line), level) in driven.iter_mut().zip(&mut self.lines).zip(wanted) {
-            *place = line.drive(level, self.samples);
+            *place = line.drive(level, self.samples, all);
         }
         driven
     }

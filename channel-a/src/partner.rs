@@ -188,10 +188,10 @@ impl Partner {
     }
 
     /// The newest own report of `exchange`.
-    fn own_of(&self, exchange: u64) -> Option<Own> {
+    fn own_of(&self, exchange: u64) -> Option<&Own> {
         let (newer, older) = self.own.split_at_checked(self.newest_own.wrapping_add(1) % KEPT)?;
         let mut backwards = newer.iter().rev().chain(older.iter().rev());
-        backwards.find(|own| own.exchange == exchange).copied()
+        backwards.find(|own| own.exchange == exchange)
     }
 
     /// Both reports of `exchange`, as long as both are held.
@@ -261,23 +261,22 @@ impl Partner {
         self.told = Some(Told { exchange, status, speed_mrpm });
         let Some(own) = self.own_of(report.exchange) else { return };
         let apart = own.position.saturating_sub(report.position).saturating_abs();
-        self.found.position = apart > self.tolerance.position;
         let faster = own.speed.saturating_sub(i64::from(report.speed_mrpm)).saturating_abs();
-        self.found.speed = faster > self.tolerance.speed;
-        self.states(&own, report, now_ns);
-    }
-
-    fn states(&mut self, own: &Own, report: &Report, now_ns: u64) {
         let words_agree = (own.status == report.status) & (own.requested == report.requested);
         let levels_agree = (own.inputs, own.acknowledgements) == (report.inputs, report.acknowledgements);
         let frames_agree = (own.session_id, own.frame_digest) == (report.session_id, report.frame_digest);
-        if words_agree & levels_agree & frames_agree {
-            self.differences.clear();
-            return;
+        let masks = if words_agree & levels_agree & frames_agree { None } else { Some(masks(own, report)) };
+        self.found.position = apart > self.tolerance.position;
+        self.found.speed = faster > self.tolerance.speed;
+        match masks {
+            None => self.differences.clear(),
+            Some(masks) => self.states(&masks, now_ns),
         }
-        let masks = masks(own, report);
-        self.found.differs = masks != [0; PARTS];
-        let expired = self.differences.step(&masks, now_ns, self.tolerance.time_ns);
+    }
+
+    fn states(&mut self, masks: &[u32; PARTS], now_ns: u64) {
+        self.found.differs = *masks != [0; PARTS];
+        let expired = self.differences.step(masks, now_ns, self.tolerance.time_ns);
         self.found.status = expired[0];
         self.found.inputs = expired[16];
         let rest = expired.iter().enumerate().filter(|(part, _)| (*part != 0) & (*part != 16));

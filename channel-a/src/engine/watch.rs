@@ -89,12 +89,39 @@ pub struct Watch {
     pub plan: Plan,
     state: State,
     start_speed: i64,
+    /// The row once more, as every step asks for it.
+    always: bool,
+    asked: u64,
+    shown: u32,
+    is_speed: bool,
 }
 
 impl Watch {
     /// An instance that has not been requested yet.
     pub fn new(plan: Plan) -> Self {
-        Self { plan, state: State::Idle, start_speed: 0 }
+        Self {
+            plan,
+            state: State::Idle,
+            start_speed: 0,
+            always: plan.request.is_none(),
+            asked: plan.request.map_or(0, |bit| 1_u64.wrapping_shl(u32::from(bit))),
+            shown: plan.status.map_or(0, |bit| 1_u32.wrapping_shl(u32::from(bit))),
+            is_speed: plan.quantity == Quantity::Speed,
+        }
+    }
+
+    /// Requested by this mask, or always on.
+    pub const fn is_asked(&self, asked: u64) -> bool {
+        self.always | (asked & self.asked != 0)
+    }
+
+    /// Its status bit as a mask: where it is kept, and where it is not.
+    pub const fn shows(&self) -> (u32, u32) {
+        match self.state {
+            State::Idle => (0, 0),
+            State::Holding(_) => (self.shown, 0),
+            State::Approaching(_) | State::Violated => (0, self.shown),
+        }
     }
 
     /// Forgets everything: no request, or STO (DEC-14).
@@ -127,7 +154,7 @@ impl Watch {
     /// One instant under request.
     pub fn step(&mut self, sample: &Sample) -> Option<Violation> {
         // Most steps of most watches: a held window on the speed.
-        if matches!((&self.state, self.plan.quantity), (State::Holding(_), Quantity::Speed)) {
+        if self.is_speed & matches!(self.state, State::Holding(_)) {
             let side = self.plan.window.left_by(sample.speed)?;
             self.state = State::Violated;
             return Some(Violation { part: Part::Window, side });

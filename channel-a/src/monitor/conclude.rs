@@ -33,10 +33,15 @@ impl Monitor {
         let test_pulse = self.path.refresh(driving, exchange);
         self.driving = driving;
         flow.pass(7);
-        let report = self.report(inputs, requests, exchange, (sto, ready, driving, test_pulse), flow);
+        let mut concluded = Outputs {
+            report: self.report(inputs, requests, exchange, (sto, ready, driving, test_pulse), flow),
+            inhibit: Inhibit { permit: driving, edges: self.path.edges(), ..Inhibit::default() },
+            answer: None,
+        };
+        let report = &concluded.report;
         // Channel A owns the lines .1: bits 0 and 2.
         let levels = report.drive.outputs;
-        let outputs = self.outputs.drive([levels & 1 != 0, levels & 4 != 0]);
+        concluded.inhibit.outputs = self.outputs.drive([levels & 1 != 0, levels & 4 != 0]);
         self.partner.keep(Own {
             exchange,
             phase: self.phase,
@@ -49,11 +54,7 @@ impl Monitor {
             position: report.position,
             speed: i64::from(report.speed_mrpm),
         });
-        Outputs {
-            report,
-            inhibit: Inhibit { permit: driving, edges: self.path.edges(), outputs },
-            answer: None,
-        }
+        concluded
     }
 
     fn report(

@@ -53,8 +53,7 @@ impl Monitor {
         let mut reactions = [None; STOPS + 1];
         let used = self.program.used;
         for watch in self.program.watches.iter_mut().take(used) {
-            let requested = watch.plan.request.is_none_or(|bit| asked.wrapping_shr(u32::from(bit)) & 1 == 1);
-            if !(monitored & requested) {
+            if !(monitored & watch.is_asked(asked)) {
                 watch.rest();
                 continue;
             }

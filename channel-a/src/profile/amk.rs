@@ -245,9 +245,9 @@ impl Amk {
             line.take(*pattern, new);
             requests.inputs |= u32::from(line.level()).wrapping_shl(pair as u32);
             let fault = pulses.as_mut().and_then(|pulses| pulses.take(*pattern, new, line.level()));
-            let code = fault.map(|fault| ErrorCode::amk(3606, PULSE_CHECK, fault as u32, pair as u32 + 1));
-            if let Some(place) = requests.faults.get_mut(pair) {
-                *place = code.map(|code| (code, Class::Cause));
+            if let Some((fault, place)) = fault.zip(requests.faults.get_mut(pair)) {
+                let code = ErrorCode::amk(3606, PULSE_CHECK, fault as u32, pair as u32 + 1);
+                *place = Some((code, Class::Cause));
             }
         }
     }
@@ -344,10 +344,9 @@ fn monitored(state: &State) -> (u32, u32) {
     let mut held = 0;
     let mut broken = 0;
     for watch in state.watches {
-        let bit = watch.plan.status.map_or(0, |bit| 1_u32.wrapping_shl(u32::from(bit)));
-        held |= if watch.active() { bit } else { 0 };
-        let unkept = watch.violated() | (watch.engaged() & !watch.active());
-        broken |= if unkept { bit } else { 0 };
+        let (kept, unkept) = watch.shows();
+        held |= kept;
+        broken |= unkept;
     }
     (held, broken)
 }

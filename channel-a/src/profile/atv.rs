@@ -299,11 +299,12 @@ impl Atv {
             Fault::Encoder(fault) => self.encoder_code(fault),
             Fault::EncoderStale => (0x094, Class::Cause),
             Fault::Position | Fault::Speed => (0x02C, Class::Cause),
-            Fault::PartnerLost => (0x0D4, Class::Cause),
             Fault::Identity => (0x032, Class::Cause),
             Fault::Image => (0x032, Class::Restart),
             Fault::Clock => (0x0D4, Class::Restart),
-            Fault::Overrun | Fault::OwnPath(_) | Fault::PartnerPath(_) => (0x0D4, Class::Cause),
+            Fault::Overrun | Fault::PartnerLost | Fault::OwnPath(_) | Fault::PartnerPath(_) => {
+                (0x0D4, Class::Cause)
+            }
             Fault::Dormant => (0x0D4, Class::StandingWarning),
         };
         (ErrorCode::single(number), class)

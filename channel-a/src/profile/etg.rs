@@ -643,14 +643,17 @@ impl Etg {
         if state.sto {
             return word;
         }
+        let mut broken = false;
         for watch in state.watches {
+            broken |= watch.violated();
             if let Some(bit) = watch.plan.status.filter(|_| watch.active()) {
                 word = word.with(bit, true);
             }
         }
         // A bit with two instances needs both.
-        for watch in state.watches {
-            if let Some(bit) = watch.plan.status.filter(|_| watch.violated()) {
+        let seen = if broken { state.watches } else { &[] };
+        for watch in seen.iter().filter(|watch| watch.violated()) {
+            if let Some(bit) = watch.plan.status {
                 word = word.with(bit, false);
             }
         }

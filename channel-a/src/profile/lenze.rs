@@ -101,6 +101,7 @@ pub struct Lenze {
     limited_increment: bool,
     emergency_ss1: bool,
     emergency: bool,
+    emergency_asked: bool,
     cascade: Option<Cascade>,
     response_ns: u64,
     late: Option<u64>,
@@ -298,6 +299,7 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         limited_increment: c(15_203) > 0,
         emergency_ss1: c(15_205) == 1,
         emergency: false,
+        emergency_asked: false,
         cascade: cascading.then_some(Cascade::Closed),
         response_ns: (c(15_350).max(0) as u64).saturating_mul(MILLISECOND),
         late: None,
@@ -460,6 +462,7 @@ impl Lenze {
         let bit = |number: u8| asked.wrapping_shr(u32::from(number)) & 1 == 1;
         let emergency = bit(control::SSE);
         let idle = stops.active() == Active::None;
+        self.emergency_asked = emergency;
         self.emergency = emergency | (self.emergency & !idle);
         let waiting = self.mode == Mode::Special(false);
         let special_stop = self.special_stop;
@@ -562,7 +565,8 @@ impl Lenze {
         set(status::OMS, self.special_requested);
         set(status::OMS_ACTIVE, special);
         set(status::ES_ACTIVE, self.mode == Mode::Special(true));
-        set(status::SSE_ACTIVE, self.emergency);
+        // LNZ-SSE-04: the request; its end shows as STO or SS1.
+        set(status::SSE_ACTIVE, self.emergency_asked);
         set(status::ERROR_ACTIVE, state.error);
         for (pair, bit) in
             [status::SD_IN1, status::SD_IN2, status::SD_IN3, status::SD_IN4].into_iter().enumerate()

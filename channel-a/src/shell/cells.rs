@@ -2,8 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use channel_a::Monitor;
 use channel_a::guard::Guard;
-use channel_a::{Monitor, crc32};
+use crc32fast::hash as crc32;
 use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::{

@@ -1,12 +1,14 @@
 //! An axis on the bench: a partner that agrees, a crosscheck that permits, 1 ms cycles.
 
+#[path = "../../benches/image.rs"]
+mod sealed;
+
 use std::vec::Vec;
 
 use shm_schema::agreement::{Agreement, Echo, PathTest};
 use shm_schema::command::{Command, CommandSource, Frame};
 use shm_schema::encoder::{Encoder, Slot, SlotKind};
 use shm_schema::exchange::{CellFault, Inputs, Motion, Outputs, Published, Sampled, Setup, Start};
-use shm_schema::image::{MAGIC, VERSION};
 use shm_schema::inhibit::Readback;
 use shm_schema::io::Io;
 use shm_schema::profile::Profile;
@@ -19,24 +21,7 @@ const MILLISECOND: u64 = 1_000_000;
 
 /// A sealed image of axis 1.
 pub fn image(profile: Profile, entries: &[(u32, i64)]) -> Vec<u8> {
-    let mut entries: Vec<(u32, i64)> = entries.to_vec();
-    entries.sort_unstable();
-    let octets = |words: &[u32]| -> Vec<u8> { words.iter().flat_map(|word| word.to_le_bytes()).collect() };
-    let pairs: Vec<u32> = entries.iter().flat_map(|(key, value)| [*key, *value as u32]).collect();
-    let keys = entries.iter().map(|(key, _)| *key);
-    let template: Vec<u32> = [u32::from(VERSION), profile as u32].into_iter().chain(keys).collect();
-    let content: Vec<u32> = core::iter::once(profile as u32).chain(pairs.iter().copied()).collect();
-    let content = crc32(&octets(&content));
-    let mut device = Vec::from(content.to_le_bytes());
-    device.extend_from_slice(&[0; 24]);
-    let kind = u32::from(VERSION) << 16 | (profile as u32) << 8 | 1;
-    let mut words =
-        Vec::from([MAGIC, kind, entries.len() as u32, crc32(&octets(&template)), content, crc32(&device), 1]);
-    words.extend_from_slice(&[0; 6]);
-    words.extend_from_slice(&pairs);
-    let mut all = octets(&words);
-    all.extend_from_slice(&crc32(&all).to_le_bytes());
-    all
+    sealed::sealed(profile, entries, crc32)
 }
 
 fn cell<T>(sequence: u64, payload: T) -> Sampled<T> {
