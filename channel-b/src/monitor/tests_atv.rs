@@ -203,8 +203,9 @@ fn sms_follows_its_mode_and_switch() {
     assert_eq!(trips(2, true, 30 * HZ + 1), [0x0B4]);
     assert_eq!(trips(3, false, 90 * HZ), []);
     assert_eq!(trips(3, true, 90 * HZ), [0x0B4]);
-    // ATV-SMS-14: one threshold leaves nothing to switch.
-    assert_eq!(trips(1, true, 0), [0x158]);
+    // ATV-SMS-03: one threshold is watched whatever the bit says.
+    assert_eq!(trips(1, true, 50 * HZ), []);
+    assert_eq!(trips(1, true, 50 * HZ + 1), [0x0B4]);
 }
 
 /// ATV-PSF-07, ATV-SS1-18, ATV-SLS-13, ATV-SMS-14, DEC-33.

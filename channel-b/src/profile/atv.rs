@@ -304,8 +304,8 @@ impl Logic {
             (is_reserved, sme::RESERVED_BIT),
             (ss1 & !self.has_ss1, sme::SS1_UNUSED),
             (sls & !self.has_sls, sme::SLS_UNUSED),
-            // ATV-SMS-14: only the modes 2 thresholds and Maintenance have a use for the bit.
-            (switch & !matches!(self.mode, 2 | 3), sme::SMS_UNUSED),
+            // ATV-SMS-14, ATV-SMS-03: with one threshold the bit has no effect and is no error.
+            (switch & (self.mode == 0), sme::SMS_UNUSED),
         ];
         for (is_wrong, number) in refused {
             if is_wrong {
