@@ -240,7 +240,6 @@ impl Stops {
         };
         let free = !(kept | demand.blocked);
         let restart = restart | self.restart_once;
-        self.restart_pending = free & restart;
         let acknowledged = !restart | demand.restart;
         if free & acknowledged {
             self.active = Active::None;
@@ -249,8 +248,31 @@ impl Stops {
         }
     }
 
+    /// After everything of this instant: whether a restart acknowledge is all that is missing.
+    pub fn note_pending(&mut self, demand: &Demand, now_ns: u64) {
+        let held = self.held & demand.stops;
+        let (kept, restart) = match self.active {
+            Active::Sto => {
+                let young = now_ns.saturating_sub(self.sto_since_ns) < self.sto_least_ns;
+                let short = young & self.ended.is_some();
+                (demand.sto | short | self.any_to_sto(held), self.restart)
+            }
+            Active::Standing(place, _) => {
+                let restart = self.plan(place).is_some_and(|plan| plan.restart);
+                (demand.stops & bit(place) != 0, restart)
+            }
+            Active::None | Active::Braking(..) => (true, false),
+        };
+        let free = !(kept | demand.blocked);
+        self.restart_pending = free & (restart | self.restart_once);
+    }
+
     fn held_to_sto(&self) -> bool {
-        (0..STOPS as u8).any(|place| (self.held & bit(place) != 0) & (self.rank_of(place) == 2))
+        self.any_to_sto(self.held)
+    }
+
+    fn any_to_sto(&self, held: u8) -> bool {
+        (held != 0) && (0..STOPS as u8).any(|place| (held & bit(place) != 0) & (self.rank_of(place) == 2))
     }
 
     /// Starts the stop at `place` unless something as high runs (DEC-13).

@@ -32,6 +32,8 @@ impl Monitor {
         self.stand_still(moving);
         self.watch(requests.watches, monitored, &sample);
         self.respond(requests, monitored, &sample);
+        forced.blocked = self.errors.blocks();
+        self.program.stops.note_pending(&forced, sample.now_ns);
     }
 
     /// What the profile judges by itself.

@@ -177,7 +177,8 @@ impl Atv {
         let reset = outside.word.map(|_| bit(control::SAFETY_RESET));
         requests.acknowledgements = u32::from(reset == Some(true));
         requests.acknowledge = edge(&mut self.reset_armed, reset);
-        let unused_switch = switch & (self.sms_mode < 2);
+        // ATV-SMS-03, ATV-SMS-14: with one threshold the bit has no effect, and is no error.
+        let unused_switch = switch & (self.sms_mode == 0);
         let freewheel = self.freewheel(ss1, own);
         let faults = [
             (word & !KNOWN & 0xFFFF != 0, 0x152),

@@ -36,8 +36,6 @@ const CASCADE_RESTART_NS: u64 = 100 * MILLISECOND;
 const CASCADE_ROUND_NS: u64 = 1_000 * MILLISECOND;
 /// Functions of the control word that are requested by 0.
 const ACTIVE_LOW: u32 = 0x0080_01FF;
-/// All bits of the control word that mean something.
-const KNOWN: u32 = ACTIVE_LOW | 1 << 9 | 1 << 11 | 1 << 16 | 1 << 17 | 1 << 24;
 const NEUTRAL: u32 = 0x0180_01FF;
 /// What needs an encoder (LNZ-SPD-09), as control bits.
 const NEEDS_ENCODER: u32 = 0x0000_01FC;
@@ -113,6 +111,7 @@ pub struct Lenze {
     aie: Pulse,
     special_requested: bool,
     output_by_bus: bool,
+    output_off: bool,
     output_conditions: [u32; 2],
     output_and: bool,
     resolver: bool,
@@ -310,6 +309,7 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         ais: Pulse::default(),
         aie: Pulse::default(),
         special_requested: false,
+        output_off: false,
         output_by_bus: filter & (1 << control::SD_OUT1) != 0,
         output_conditions: [code(image, 15_051, 1) as u32, code(image, 15_052, 1) as u32],
         output_and: code(image, 15_055, 1) == 1,
@@ -335,12 +335,12 @@ impl Lenze {
             self.acknowledgements(outside, bit(control::PS_AIS), bit(control::PS_AIE), &mut requests);
         self.inputs(outside, acknowledged, &mut requests);
         asked |= self.asked_by_inputs();
+        // What bus or inputs ask for; what a parameter, another function or special operation adds
+        // or holds back is no request.
+        requests.requested = Word::from_u32(asked);
+        self.output_off = passed & (1 << control::SD_OUT1) == 0;
         let asked = self.operate(asked, mode_bus, enable_bus, watches, &mut requests);
         self.demand(asked, outside, stops, &mut requests);
-        let high = passed & KNOWN & !ACTIVE_LOW & !(1 << control::SD_OUT1);
-        requests.requested = Word::from_u32(
-            asked | (high & (1 << control::ES | 1 << control::OMS)) | (!passed & (1 << control::SD_OUT1)),
-        );
         requests
     }
 
@@ -594,7 +594,7 @@ impl Lenze {
 
     /// SD-Out1 in bits 0 and 1.
     pub fn drive(&self, state: &State) -> DriveRequest {
-        let by_bus = !state.requests.requested.bit(control::SD_OUT1) | !self.output_by_bus;
+        let by_bus = !self.output_off | !self.output_by_bus;
         let on = match self.cascade {
             Some(Cascade::Closed) => !state.sto,
             Some(Cascade::Restarting(since)) => {

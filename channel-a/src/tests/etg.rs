@@ -330,3 +330,15 @@ fn a_delay_that_is_not_shorter_than_its_time_is_refused() {
         [(f::SS1, 1, f::ss1::TIME_TO_STO, 100), (f::SS1, 1, f::ss1::TIME_DELAY_DECELERATION_MONITORING, 100)];
     assert_eq!(bench(&entries).until(1).phase, Phase::Refused);
 }
+
+#[test]
+fn a_stop_that_ends_after_its_request_asks_for_the_acknowledge_at_once() {
+    // ETG-SEQ-15, DEC-12
+    let mut bench = bench(&[(f::SS1, 1, f::ss1::TIME_TO_STO, 100)]);
+    bench.until(9);
+    bench.word = without(1);
+    bench.until(20);
+    bench.word = Profile::Etg61002.neutral_word();
+    assert_eq!(bench.until(109).status.0[0] & (1 | RESTART), 0);
+    assert_eq!(bench.until(110).status.0[0] & (1 | RESTART), 1 | RESTART);
+}

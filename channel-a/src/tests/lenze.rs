@@ -332,3 +332,12 @@ fn the_enable_switch_need_not_wait_for_the_stop_of_special_operation() {
     let report = bench.until(60);
     assert_eq!((report.status.bit(9), report.stop), (true, Stop::None));
 }
+
+#[test]
+fn what_a_parameter_adds_is_no_request() {
+    // DEC-21: permanent direction (C15340), direction with SLS (C15333), output and mode bits
+    let mut bench = bench(&[(15_340, 0, 1), (15_333, 1, 2), (15_100, 0, 1)]);
+    assert_eq!(bench.until(5).requested.0[0], 0);
+    bench.word = (without(3) & !(1 << 24)) | OMS | ES;
+    assert_eq!(bench.until(6).requested.0[0], 1 << 3);
+}
