@@ -157,7 +157,7 @@ impl Crosscheck {
         if self.test.runs() {
             return self.paths.leave_to_test(&self.seen, now_ns);
         }
-        self.paths.observe(self.driven(), &self.seen, now_ns)
+        self.paths.observe(self.driven(), self.tested(), &self.seen, now_ns)
     }
 
     /// What A and B drive. A channel that is lost drives nothing as far as anyone knows; a
@@ -168,6 +168,15 @@ impl Crosscheck {
             report.is_some_and(|report| report.payload.driving | report.payload.test_pulse)
         };
         (drives(&self.a), drives(&self.b))
+    }
+
+    /// Whose edge is withheld by a report of this cycle.
+    fn tested(&self) -> (bool, bool) {
+        let tests = |channel: &Follower| {
+            let report = channel.newest().filter(|_| channel.advanced());
+            report.is_some_and(|report| report.payload.test_pulse)
+        };
+        (tests(&self.a), tests(&self.b))
     }
 
     /// DEC-19: after one fault tolerance time of equality, when both channels wait for it.

@@ -86,15 +86,18 @@ impl Watch {
     }
 }
 
-/// When a path was last seen to pause its edges while it was on.
+/// The dynamic test of a path, and when it was last seen to pause its edges while it was on.
 #[derive(Debug, Clone, Copy)]
 struct Pulse {
     edges: u64,
     paused_ns: Option<u64>,
+    /// Cycles since a test edge was withheld whose pause has not been seen yet.
+    awaited_cycles: Option<u32>,
+    failed_tests: u32,
 }
 
 impl Pulse {
-    const NEW: Self = Self { edges: 0, paused_ns: None };
+    const NEW: Self = Self { edges: 0, paused_ns: None, awaited_cycles: None, failed_tests: 0 };
 
     fn observe(&mut self, on: bool, edges: u64, now_ns: u64) {
         let same = edges == self.edges;
@@ -102,6 +105,27 @@ impl Pulse {
         if on & same {
             self.paused_ns = Some(now_ns);
         }
+        if !on | same {
+            self.awaited_cycles = None;
+            self.failed_tests = 0;
+        }
+    }
+
+    /// Design 8: a path that goes on while its edge is withheld is stuck; found within one test
+    /// period. In the relaxed timing the evaluator itself may miss the pause of a test.
+    fn is_stuck(&mut self, tested: bool, age_factor: u32) -> bool {
+        if let Some(cycles) = &mut self.awaited_cycles {
+            *cycles = cycles.saturating_add(1);
+        }
+        let over = self.awaited_cycles.is_some_and(|cycles| cycles > FOLLOW_OFF_CYCLES);
+        if over {
+            self.awaited_cycles = None;
+            self.failed_tests = self.failed_tests.saturating_add(1);
+        }
+        if tested {
+            self.awaited_cycles = self.awaited_cycles.or(Some(0));
+        }
+        self.failed_tests >= age_factor
     }
 
     fn is_dormant(&mut self, now_ns: u64) -> bool {
@@ -139,14 +163,24 @@ impl Paths {
     }
 
     /// Judges one cycle; `driven` says what A and B drive.
-    pub fn observe(&mut self, driven: (bool, bool), seen: &Seen, now_ns: u64) -> FaultSet {
+    ///
+    /// `tested`: A and B withhold their edge in the report that came in this cycle.
+    pub fn observe(
+        &mut self,
+        driven: (bool, bool),
+        tested: (bool, bool),
+        seen: &Seen,
+        now_ns: u64,
+    ) -> FaultSet {
         let (reads_a, reads_b) = seen.paths();
         let (stuck_a, dead_a) = self.a.observe(driven.0, reads_a, self.age_factor);
         let (stuck_b, dead_b) = self.b.observe(driven.1, reads_b, self.age_factor);
         let mut faults = self.dormant(seen, now_ns);
-        faults.add_if(stuck_a, Fault::PathAStuck);
+        let conducts_a = self.pulse_a.is_stuck(tested.0 & driven.0, self.age_factor);
+        let conducts_b = self.pulse_b.is_stuck(tested.1 & driven.1, self.age_factor);
+        faults.add_if(stuck_a | conducts_a, Fault::PathAStuck);
         faults.add_if(dead_a, Fault::PathADead);
-        faults.add_if(stuck_b, Fault::PathBStuck);
+        faults.add_if(stuck_b | conducts_b, Fault::PathBStuck);
         faults.add_if(dead_b, Fault::PathBDead);
         faults
     }

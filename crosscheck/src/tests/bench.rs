@@ -53,6 +53,8 @@ pub struct Bench {
     pub overruns: u8,
     /// The evaluator's cell does not advance.
     pub frozen_readback: bool,
+    /// Edges of path A that the evaluator did not see.
+    pub paused_a: u64,
     /// Exchanges by which A's number is wrong.
     pub lie_a: u64,
     sequence: u64,
@@ -89,6 +91,7 @@ impl Bench {
             frozen_encoder: false,
             overruns: 0,
             frozen_readback: false,
+            paused_a: 0,
             lie_a: 0,
             sequence: 0,
             last_a: None,
@@ -114,7 +117,7 @@ impl Bench {
         let readback = Readback {
             path_a: self.path_a,
             path_b: self.path_b,
-            edges_a: self.sequence,
+            edges_a: self.sequence - self.paused_a,
             edges_b: self.sequence,
         };
         let inputs = CrosscheckInputs {

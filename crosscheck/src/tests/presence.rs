@@ -232,6 +232,8 @@ fn a_test_pulse_disturbs_nothing() {
     for cycle in 0..3_000_u64 {
         bench.a.test_pulse = cycle % 1_000 == 250;
         bench.a.driving = cycle % 1_000 != 250;
+        // The evaluator sees the pause in the cycle after.
+        bench.paused_a += u64::from(cycle % 1_000 == 251);
         assert!(bench.step().torque, "{cycle}");
     }
 }
@@ -318,4 +320,42 @@ fn without_any_cell_there_is_no_permit_and_no_panic() {
         bench.step_without_reports();
         assert!(!bench.raw(Err(CellFault::Missing), Err(CellFault::Nonce)).torque);
     }
+}
+
+/// Design 8: a path that conducts while its test edge is withheld is found by that test.
+#[test]
+fn a_path_that_does_not_pause_when_its_edge_is_withheld_is_stuck() {
+    let mut bench = Bench::settled();
+    bench.run(20);
+    bench.a.test_pulse = true;
+    bench.step();
+    bench.a.test_pulse = false;
+    let after = bench.cycles_to_error(20).expect("found by the test");
+    assert!(after <= 6, "{after} cycles");
+    assert_eq!(codes(&bench.step().agreement), [amk(3606, 75, 4)]);
+}
+
+#[test]
+fn a_path_that_pauses_passes_its_test() {
+    let mut bench = Bench::settled();
+    for _ in 0..5 {
+        bench.run(20);
+        bench.a.test_pulse = true;
+        bench.step();
+        bench.a.test_pulse = false;
+        bench.step();
+        bench.paused_a += 1;
+        assert_eq!(bench.cycles_to_error(20), None);
+    }
+}
+
+#[test]
+fn a_path_that_is_switched_off_during_its_test_is_not_stuck() {
+    let mut bench = Bench::settled();
+    bench.run(20);
+    bench.a.test_pulse = true;
+    bench.step();
+    bench.a.test_pulse = false;
+    bench.stop_both();
+    assert_eq!(bench.cycles_to_error(20), None);
 }
