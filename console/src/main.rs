@@ -9,6 +9,7 @@ mod demo;
 mod doctor;
 mod explain;
 mod faults;
+mod latency;
 mod log;
 mod machine_file;
 mod master;
@@ -43,6 +44,8 @@ enum Command {
     Faults(faults::Args),
     /// A black-channel device behind a UDP socket.
     Gateway(black_channel::gateway::Args),
+    /// Measure reaction, wake-up and cells, against floors of the same run.
+    Latency(latency::Args),
     /// Read, verify and export the logbook.
     Log(log::Args),
     /// Parameter sets: new, check, show, diff, seal, verify, report.
@@ -66,6 +69,7 @@ fn main() -> ExitCode {
         Command::Explain(args) => explain::run(&args),
         Command::Faults(args) => faults::run(&args),
         Command::Gateway(args) => black_channel::gateway::run(&args),
+        Command::Latency(args) => latency::run(&args),
         Command::Log(args) => log::run(&args),
         Command::Params(args) => params::run(&args),
         Command::Replay(args) => replay::run(&args),

@@ -9,6 +9,8 @@
 mod axis;
 #[path = "live/bad_cells.rs"]
 mod bad_cells;
+#[path = "live/black_channel.rs"]
+mod black_channel;
 #[path = "live/deaths.rs"]
 mod deaths;
 #[path = "live/guards.rs"]

@@ -132,6 +132,11 @@ impl SetArgs {
         })
     }
 
+    /// Sets the cycle, unless another one was asked for.
+    pub fn cycle_us(&mut self, cycle_us: u32) {
+        self.cycle_us = self.cycle_us.or(Some(cycle_us));
+    }
+
     fn cpus(&self, machine: &Machine) -> Vec<Option<u32>> {
         let usual = || match machine.cores.in_order() {
             // Two cores are enough for a simulation, and every machine has them or falls back.

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use crate::axis::now_ns;
-use crate::set::{CYCLE, Folder, alone};
+use crate::set::{AGES, CYCLE, Folder, alone};
 
 /// Until the instruction is taken, and the three cycles of a stale sample (architecture:
 /// frozen from cycle k on, the path is dropped in cycle k + 2), with the host's stalls.
-const BOUND: Duration = Duration::from_millis(48);
+const BOUND: Duration = Duration::from_millis(36 + 12 * AGES as u64);
 
 fn drops(fault: &str) {
     let _turn = alone();

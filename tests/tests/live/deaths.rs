@@ -8,17 +8,18 @@ use system_tests::compare::random::Random;
 
 use crate::axis::now_ns;
 use crate::processes;
-use crate::set::{CYCLE, Folder, Role, Running, alone};
+use crate::set::{AGES, CYCLE, Folder, Role, Running, alone};
 
-/// The last edge of either path comes at most four cycles after the fault: the cycle it
-/// falls into and the three of a lost partner, sample or agreement (DEC-23).
-const CYCLES: u32 = 4;
+/// The last edge of either path comes at most so many cycles after the fault: the cycle it
+/// falls into and the three of a lost partner, sample or agreement (DEC-23), as the timing has
+/// them.
+const CYCLES: u32 = 1 + 3 * AGES;
 /// Longest silence of a supervisor before the channels take it for dead.
 const SIGNS_OF_LIFE: Duration = Duration::from_millis(250);
 /// What a host may stall in that time; a stall of the observer counts in as well.
 const STALL: Duration = Duration::from_millis(24);
 /// Both paths have been quiet for so long when they are off: well beyond the dead-man.
-const SILENCE: Duration = Duration::from_millis(60);
+const SILENCE: Duration = Duration::from_millis(160);
 /// Torque must not come back in this time.
 const AFTERWARDS: Duration = Duration::from_millis(120);
 /// Speed of every other round, rpm.

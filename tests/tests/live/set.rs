@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
 use nix::unistd::Uid;
+use shm_schema::exchange::RELAXED_AGE_FACTOR;
 use shm_schema::wire::{DIGEST_START, digest};
 use sim::shm::Place;
 
@@ -17,15 +18,15 @@ use crate::axis::Axis;
 use crate::processes;
 use crate::programs::safepair;
 
-/// The longest cycle: hosts of tests stall for milliseconds.
+/// Cycle of the relaxed timing: hosts of tests stall for milliseconds.
 pub const CYCLE: Duration = Duration::from_millis(4);
+/// Factor of the relaxed timing on ages, partner time-outs and the dead-man.
+pub const AGES: u32 = RELAXED_AGE_FACTOR as u32;
 /// Longest wait for a start or an end.
 pub const DEADLINE: Duration = Duration::from_secs(8);
 
-/// Longest wait for torque or speed before another start is tried.
+/// Longest wait for torque or speed.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// Starts that may fail to bring torque, one after the other.
-pub const ATTEMPTS: usize = 3;
 const POLL: Duration = Duration::from_millis(1);
 const PROGRAMS: [&str; 4] =
     ["safepair-sim", "safepair-channel-a", "safepair-channel-b", "safepair-crosscheck"];
@@ -64,6 +65,11 @@ impl Folder {
         self.0.join("run")
     }
 
+    /// A file of the test's own.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
     /// What the supervisor and its processes said.
     pub fn said(&self) -> String {
         fs::read_to_string(self.0.join("said")).unwrap_or_default()
@@ -77,8 +83,12 @@ impl Folder {
 
     /// The supervisor, not waited for.
     pub fn launch(&self) -> Supervisor {
+        self.launch_as(self.command())
+    }
+
+    /// The supervisor as `command` starts it, not waited for.
+    pub fn launch_as(&self, mut command: Command) -> Supervisor {
         let said = File::create(self.0.join("said")).expect("a file for the output");
-        let mut command = self.command();
         command.stdout(said.try_clone().expect("a descriptor")).stderr(said);
         Supervisor { child: command.spawn().expect("safepair starts"), folder: self.run() }
     }
@@ -87,7 +97,7 @@ impl Folder {
     pub fn command(&self) -> Command {
         let mut command = Command::new(safepair());
         command.arg("run").arg("--params").arg(axis_file()).arg("--run-dir").arg(self.run());
-        command.arg("--plain-command").args(["--cycle-us", &CYCLE.as_micros().to_string()]);
+        command.args(["--timing", "relaxed"]);
         if !Uid::effective().is_root() {
             command.args(["--priority", "0"]);
         }
@@ -96,7 +106,11 @@ impl Folder {
 
     /// A set that has reached its cycle, with eyes on it.
     pub fn start(&self) -> Running<'_> {
-        let mut supervisor = self.launch();
+        self.running(self.launch())
+    }
+
+    /// Waits until `supervisor` has its set in the cycle, and opens eyes on it.
+    pub fn running(&self, mut supervisor: Supervisor) -> Running<'_> {
         until(&format!("the start in {}", self.run().display()), || {
             let ended = supervisor.child.try_wait().expect("our child");
             assert!(ended.is_none(), "the start ended with {ended:?}:\n{}", self.said());
@@ -106,18 +120,12 @@ impl Folder {
         Running { axis, supervisor, folder: self }
     }
 
-    /// A set whose axis has torque and turns with `rpm`. A host that stalls longer than a set
-    /// tolerates stops it, safely and rightly: then once more, and it is told.
+    /// A set whose axis has torque and turns with `rpm`.
     pub fn energised(&self, rpm: u32) -> Running<'_> {
-        for _ in 0..ATTEMPTS {
-            let mut running = self.start();
-            if running.energise(rpm) {
-                return running;
-            }
-            println!("no torque at {rpm} rpm, started again:\n{}", running.axis.in_words());
-            running.stop();
-        }
-        panic!("no torque at {rpm} rpm after {ATTEMPTS} starts");
+        let mut running = self.start();
+        let turns = running.energise(rpm);
+        assert!(turns, "no torque at {rpm} rpm:\n{}\n{}", running.axis.in_words(), self.said());
+        running
     }
 
     /// What is left of a set that has ended, beside the lock that every start uses.
@@ -146,7 +154,8 @@ impl Drop for Folder {
     }
 }
 
-fn axis_file() -> PathBuf {
+/// The parameter set of the tests.
+pub fn axis_file() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/live/axis.toml")
 }
 
