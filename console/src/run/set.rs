@@ -300,8 +300,8 @@ impl Set {
             options.push(("--priority", (plan.priority + above).to_string()));
         }
         match role {
-            Role::ChannelA => options.extend(self.channel_options(plan, &plan.inhibit_a)),
-            Role::ChannelB => options.extend(self.channel_options(plan, &plan.inhibit_b)),
+            Role::ChannelA => options.extend(self.channel_options(plan, &plan.inhibit_a, channel_b::BUILD)),
+            Role::ChannelB => options.extend(self.channel_options(plan, &plan.inhibit_b, channel_a::BUILD)),
             Role::Sim => {
                 options.extend(plan.script.iter().map(|script| ("--script", script.display().to_string())));
                 options.extend(self.bus_option(plan));
@@ -314,8 +314,11 @@ impl Set {
         options.into_iter().flat_map(|(name, value)| [name.to_owned(), value]).collect()
     }
 
-    fn channel_options(&self, plan: &Plan, inhibit: &str) -> Vec<(&'static str, String)> {
-        let mut options = vec![("--inhibit", inhibit.to_owned())];
+    /// `partner`: the build identity of the other channel in this release (DEC-22). The supervisor
+    /// is built with it, and so is the release manifest itself: a program of another release beside
+    /// this one is found out by its partner.
+    fn channel_options(&self, plan: &Plan, inhibit: &str, partner: u32) -> Vec<(&'static str, String)> {
+        let mut options = vec![("--inhibit", inhibit.to_owned()), ("--partner-build", partner.to_string())];
         options.extend(plan.evaluator.iter().map(|text| ("--evaluator", text.clone())));
         if plan.plain_command {
             options.push(("--plain-command", "yes".to_owned()));
