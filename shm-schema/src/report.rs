@@ -84,7 +84,7 @@ layout! {
         pub speed_mrpm: i32,
         /// What this channel asks of the drive.
         pub drive: DriveRequest,
-        /// Session id of the black channel.
+        /// Id of the present session of the black channel; 0 before the first one.
         pub session_id: u16,
         /// Digest of the last black-channel frame processed.
         pub frame_digest: u32,

@@ -59,7 +59,7 @@ impl FsoeSlave {
             image: Image::none(),
             state: State::Reset,
             chain: Chain::START,
-            session_id: config.session_id,
+            session_id: 0,
             next_session_id: config.session_id,
             conn_id: NO_CONNECTION,
             connection_data: [0; CONNECTION_PAYLOAD],
