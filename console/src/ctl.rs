@@ -2,7 +2,7 @@
 //!
 //! Status only reads cells; a status that hangs, dies or floods changes nothing (design 3.7).
 
-use std::{fs, path::PathBuf, process::ExitCode, time::Duration};
+use std::{fmt::Write as _, fs, path::PathBuf, process::ExitCode, time::Duration};
 
 use params::AxisSet;
 use serde_json::{Value, json};
@@ -244,15 +244,17 @@ pub fn in_words(set: &AxisSet, frame: &Frame) -> String {
         functions(set, frame).join(" "),
     );
     for (name, report) in [("channel A", &frame.a), ("channel B", &frame.b)] {
-        text += &format!(
-            "  {name}: {:?}, stop {:?}, ready {}, driving {}\n",
+        // Writing into a string does not fail.
+        let _ = writeln!(
+            text,
+            "  {name}: {:?}, stop {:?}, ready {}, driving {}",
             report.phase, report.stop, report.ready, report.driving
         );
     }
     let standing = [("A", &frame.a.errors), ("B", &frame.b.errors), ("crosscheck", &frame.agreement.errors)];
     for (name, errors) in standing {
         for code in codes(set, errors) {
-            text += &format!("  {code} ({name}); safepair explain {code} says what to do\n");
+            let _ = writeln!(text, "  {code} ({name}); safepair explain {code} says what to do");
         }
     }
     text

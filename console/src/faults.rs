@@ -5,8 +5,9 @@ use std::{path::PathBuf, process::ExitCode};
 use serde_json::{Value, json};
 use sim::soak::campaign::{CASES, Result as Row, play};
 
+use crate::machine_file;
 use crate::report::{bad_input, fell_short};
-use crate::run::{default_machine, read_machine};
+use crate::run::default_machine;
 
 /// Injects every fault at random instants of a moving axis, in virtual time.
 #[derive(Debug, clap::Args)]
@@ -27,7 +28,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    let machine = match args.params.as_deref().map_or_else(default_machine, read_machine) {
+    let machine = match args.params.as_deref().map_or_else(default_machine, machine_file::read) {
         Ok(machine) => machine,
         Err(line) => return bad_input(&line),
     };

@@ -13,8 +13,9 @@ use serde_json::json;
 use sim::soak::{Act, Plan as Life, live, smallest, trace_csv};
 
 use crate::master::Master;
+use crate::machine_file;
 use crate::report::{bad_input, fell_short};
-use crate::run::{Machine, RunFolder, Set, SetArgs, default_machine, read_machine, stop_flag};
+use crate::run::{Machine, RunFolder, Set, SetArgs, default_machine, stop_flag};
 use crate::watch::Watch;
 
 /// Cycles of one life: five minutes.
@@ -56,7 +57,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    let machine = match args.params.as_deref().map_or_else(default_machine, read_machine) {
+    let machine = match args.params.as_deref().map_or_else(default_machine, machine_file::read) {
         Ok(machine) => machine,
         Err(line) => return bad_input(&line),
     };

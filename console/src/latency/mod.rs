@@ -19,8 +19,9 @@ use sim::random::Random;
 use sim::shm::{Domain, Place};
 
 use crate::master::Master;
+use crate::machine_file;
 use crate::report::{bad_input, fell_short};
-use crate::run::{Machine, Plan, Role, RunFolder, Set, SetArgs, default_machine, read_machine};
+use crate::run::{Machine, Plan, Role, RunFolder, Set, SetArgs, default_machine};
 use crate::watch::Watch;
 use histogram::{Line, Times};
 use load::{Load, Running};
@@ -108,7 +109,7 @@ pub fn run(args: &Args) -> ExitCode {
 }
 
 fn plan(args: &Args) -> Result<Plan, String> {
-    let machine = args.params.as_deref().map_or_else(default_machine, read_machine)?;
+    let machine = args.params.as_deref().map_or_else(default_machine, machine_file::read)?;
     let first = machine.axes.first().cloned().ok_or("the parameter file has no axis")?;
     let axis = |number| params::AxisSet { number, ..first.clone() };
     let axes = params::Machine { axes: (1..=args.axes).map(axis).collect(), ..machine };

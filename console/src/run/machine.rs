@@ -37,7 +37,8 @@ use std::{
 use serde::Deserialize;
 
 use super::timing::Wish;
-use super::{Images, default_machine, images_of, read_machine, sealed_images};
+use super::{Images, default_machine, images_of, sealed_images};
+use crate::machine_file;
 
 /// A machine as its file describes it.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -205,7 +206,7 @@ impl Machine {
 fn images(axis: &Axis, folder: &Path) -> Result<Images, String> {
     let mut found = match (&axis.parameters, &axis.sealed) {
         (Some(file), None) => {
-            let mut set = read_machine(&folder.join(file))?;
+            let mut set = machine_file::read(&folder.join(file))?;
             if let [only] = set.axes.as_mut_slice() {
                 only.number = axis.number;
             }

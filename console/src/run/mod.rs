@@ -21,6 +21,7 @@ use std::{
     time::Duration,
 };
 
+use crate::machine_file;
 use crate::report::{bad_input, fell_short};
 
 /// Start everything for one machine: producer, both channels, crosscheck.
@@ -171,22 +172,7 @@ impl SetArgs {
 /// # Errors
 /// None, unless the program itself is broken.
 pub fn default_machine() -> Result<params::Machine, String> {
-    parse_machine(include_str!("../demo/axis.toml"), "embedded axis")
-}
-
-/// Reads a parameter set.
-///
-/// # Errors
-/// Every finding, one a line.
-pub fn read_machine(path: &Path) -> Result<params::Machine, String> {
-    let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
-    parse_machine(&text, &name)
-}
-
-fn parse_machine(text: &str, name: &str) -> Result<params::Machine, String> {
-    params::parse(text, name)
-        .map_err(|findings| findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+    machine_file::parse(include_str!("../demo/axis.toml"), Path::new("embedded axis"))
 }
 
 /// Safety images of one axis: number, encoding A, encoding B.
@@ -262,7 +248,7 @@ fn machine(args: &Args) -> Result<Machine, String> {
         return sealed_images(folder).map(Machine::with_images);
     }
     if let Some(file) = &args.params {
-        return read_machine(file).map(|set| Machine::of(&set));
+        return machine_file::read(file).map(|set| Machine::of(&set));
     }
     match &args.machine {
         Some(file) => Machine::read(file),

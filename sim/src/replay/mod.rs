@@ -120,7 +120,7 @@ impl<'a> Lane<'a> {
 }
 
 fn lines(step: &Step) -> Lines {
-    Lines { pairs: step.pairs, ais: step.ais, aie: step.aie, ..Lines::default() }
+    Lines { pairs: step.pairs, ais: step.ais, aie: step.aie }
 }
 
 fn stimulus(instant: &Instant, fine: Option<[i64; 2]>, words: &Words) -> Stimulus {

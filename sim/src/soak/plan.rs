@@ -9,6 +9,8 @@ use crate::replay::Words;
 use crate::trace::{Fault, Faults};
 
 /// Something that is done to the axis.
+// A plan has some thousand of them, and lives as long as the run: nothing is gained by a box.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Act {
     /// The master or an input changes.
