@@ -35,14 +35,19 @@ const USAGE: &str = "usage: steps-a PROFILE INSTANCES STEPS
 struct Case {
     image: Vec<u8>,
     word: Word,
+    /// A speed at which every function is active and kept.
+    speed_mrpm: i32,
 }
 
 fn case(profile: &str, instances: u32) -> Option<Case> {
     let cleared = |profile: Profile, bits: &[u8]| {
         bits.iter().fold(Word::from_u32(profile.neutral_word()), |word, bit| word.with(*bit, false))
     };
-    let made =
-        |profile, entries: &[(u32, i64)], word| Case { image: image::sealed(profile, entries, crc32), word };
+    let made = |profile, entries: &[(u32, i64)], word| Case {
+        image: image::sealed(profile, entries, crc32),
+        word,
+        speed_mrpm: if profile == Profile::Atv340 { 300_000 } else { 0 },
+    };
     Some(match profile {
         "amk-kw" => {
             use amk_kw::control as c;
@@ -105,12 +110,12 @@ fn cell<T>(payload: T) -> Sampled<T> {
     Sampled { sequence: 0, timestamp_ns: 0, crc32: 0, payload }
 }
 
-fn first_inputs(word: Word) -> Inputs {
+fn first_inputs(word: Word, speed_mrpm: i32) -> Inputs {
     let command = Command { source: CommandSource::Plain, drive_enabled: true, word, ..Command::default() };
     let lines = [u64::MAX; 4];
     Inputs {
         encoder: Ok(cell(Encoder { period_ns: CYCLE_NS as u32, ..Encoder::default() })),
-        motion: Some(Motion { position: 0, speed_mrpm: 0, acceleration_mrpm_s: None }),
+        motion: Some(Motion { position: 0, speed_mrpm, acceleration_mrpm_s: None }),
         io: Ok(cell(Io { line_1: lines, line_2: lines, ..Io::default() })),
         command: Ok(cell(command)),
         partner: Err(CellFault::Missing),
@@ -148,7 +153,7 @@ fn go_on(inputs: &mut Inputs, step: u64) {
 
 fn run(case: &Case, steps: u64, with_monitor: bool) -> Option<Report> {
     let mut monitor = Monitor::new(&case.image, &Setup::new(1, NONCE, Start::Settled));
-    let mut inputs = first_inputs(case.word);
+    let mut inputs = first_inputs(case.word, case.speed_mrpm);
     let mut last = None;
     for step in 0..steps {
         go_on(&mut inputs, step);
