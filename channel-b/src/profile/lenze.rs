@@ -7,10 +7,11 @@ use shm_schema::facts::lenze_sm301::{self, control, status};
 use shm_schema::profile::lenze_key;
 use shm_schema::word::Word;
 
+use super::lenze_inputs::{Pair, Terminal};
+use super::lenze_messages as message;
+use super::lenze_output::Feedback;
 use super::{Asked, Bits, Plan};
-use crate::bus::Events;
 use crate::engine::bank::Bank;
-use crate::engine::record::Breach;
 use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, RPM, Range, Reaction, Slope, Spec};
 use crate::engine::stops::{End, Stop, Stops};
 use crate::image::Image;
@@ -30,23 +31,6 @@ mod asked {
     pub const SDI_NEGATIVE: u8 = 73;
 }
 
-/// Message numbers (LNZ-ERR).
-mod message {
-    pub const BUS_CORRUPT: u32 = 34;
-    pub const BUS_TIMEOUT: u32 = 35;
-    pub const DISCREPANCY: u32 = 49;
-    pub const OUTPUT: u32 = 89;
-    pub const STOPPING_TIME: u32 = 97;
-    pub const SLS: u32 = 98;
-    pub const RESPONSE_TIME: u32 = 102;
-    pub const SDI_POSITIVE: u32 = 103;
-    pub const SDI_NEGATIVE: u32 = 104;
-    pub const SMS: u32 = 105;
-    pub const SOS: u32 = 106;
-    pub const RAMP: u32 = 110;
-    pub const SLI: u32 = 111;
-}
-
 /// Function bits of the control word, active low: STO to SDIneg, SSE.
 const LOW: u32 = 0x0080_01FF;
 /// Active high: ES, OMS.
@@ -55,8 +39,6 @@ const HIGH: u32 = 0x0000_0A00;
 const FILTER_US: u32 = 2_000;
 /// The glitch filter in front, µs.
 const GLITCH_US: u32 = 250;
-/// A valid acknowledge pulse (LNZ-ACK-01), ns.
-const PULSE: (u64, u64) = (300_000_000, 10_000_000_000);
 
 /// The value of a code; what a set leaves out has its documented default.
 pub fn parameter(image: &Image<'_>, code: u32, subcode: u32) -> i64 {
@@ -242,45 +224,6 @@ fn add_position(plan: &mut Plan, code: &dyn Fn(u32) -> i64, reaction: &dyn Fn(i6
     }
 }
 
-/// Message number of a violation.
-pub const fn code(spec: &Spec, breach: Breach) -> ErrorCode {
-    let is_stop = spec.id == message::STOPPING_TIME;
-    ErrorCode::single(match breach {
-        Breach::Damage => 1,
-        Breach::Line | Breach::TooFast if is_stop => message::RAMP,
-        Breach::Above(_) | Breach::Below(_) if is_stop => message::SOS,
-        _ => spec.id,
-    })
-}
-
-/// LNZ-BUS-13, LNZ-BUS-14, LNZ-BUS-17: messages without error status; the passivated data are
-/// the stop, and nothing has to be acknowledged.
-pub fn watch_bus(events: &Events, ledger: &mut Ledger) {
-    let seen = [
-        (events.is_corrupt, message::BUS_CORRUPT),
-        (events.has_timed_out, message::BUS_TIMEOUT),
-        (events.parameter_fault.is_some(), u32::from(events.parameter_fault.unwrap_or(0))),
-    ];
-    for (_, number) in seen.into_iter().filter(|(is_seen, _)| *is_seen) {
-        ledger.raise(Entry::warning(ErrorCode::single(number), Cause::Passing));
-    }
-}
-
-/// Message number of a fault of the channel itself.
-pub const fn internal(code: ErrorCode) -> ErrorCode {
-    ErrorCode::single(match (code.info1, code.info2) {
-        (13, 6) => 212,
-        (76, 6) => 94,
-        (76, _) => 93,
-        (72, _) => 213,
-        (6, _) => 209,
-        (4, _) => 210,
-        (7, _) => 208,
-        (74, _) => 165,
-        _ => 1,
-    })
-}
-
 /// Special operation (LNZ-OMS).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Operation {
@@ -289,117 +232,6 @@ enum Operation {
     Special,
     /// Moved by the enable switch.
     Confirmed,
-}
-
-/// One input pair (LNZ-IN-14 to 18).
-#[derive(Debug, Clone, Copy)]
-struct Pair {
-    is_used: bool,
-    function: i64,
-    assignment: i64,
-    discrepancy_ns: u64,
-    /// Level both lines had last.
-    agreed: bool,
-    /// Since when only one line has changed, ns.
-    differs_since: Option<u64>,
-    /// Its error stands.
-    is_faulty: bool,
-}
-
-/// A terminal that acknowledges with the end of a pulse.
-#[derive(Debug, Clone, Copy, Default)]
-struct Terminal {
-    /// When it went high; `None` while low or when it was high from the beginning.
-    since: Option<u64>,
-    level: bool,
-}
-
-impl Terminal {
-    fn edge(&mut self, level: bool, is_first: bool, now: u64) -> bool {
-        let falls = self.level & !level;
-        let rises = level & !self.level & !is_first;
-        self.level = level;
-        let length = self.since.map(|since| now.saturating_sub(since));
-        if rises {
-            self.since = Some(now);
-        } else if !level {
-            self.since = None;
-        }
-        falls && length.is_some_and(|length| (PULSE.0..=PULSE.1).contains(&length))
-    }
-}
-
-/// Status bits of C15051: bit 2 n selects the n-th, bit 2 n + 1 its negation.
-const CONDITIONS_1: [u8; 12] = [
-    status::STO_ACTIVE,
-    status::SS1_ACTIVE,
-    status::SS2_ACTIVE,
-    status::SLS1_ACTIVE,
-    status::SLS2_ACTIVE,
-    status::SLS3_ACTIVE,
-    status::SLS4_ACTIVE,
-    status::SDIPOS_ACTIVE,
-    status::SDINEG_ACTIVE,
-    status::ES_ACTIVE,
-    status::SLI_ACTIVE,
-    status::OMS,
-];
-/// The same of C15052; places 12 and 14 are reserved.
-const CONDITIONS_2: [u8; 16] = [
-    status::SOS_MONITORED,
-    status::SLS1_MONITORED,
-    status::SLS2_MONITORED,
-    status::SLS3_MONITORED,
-    status::SLS4_MONITORED,
-    status::SDIPOS_MONITORED,
-    status::SDINEG_MONITORED,
-    status::SSE_ACTIVE,
-    status::SD_IN1,
-    status::SD_IN1 + 1,
-    status::SD_IN1 + 2,
-    status::SD_IN1 + 3,
-    NO_BIT,
-    status::OMS_ACTIVE,
-    NO_BIT,
-    status::ERROR_ACTIVE,
-];
-
-/// Feedback conditions of SD-Out1.
-#[derive(Debug, Clone, Copy)]
-struct Feedback {
-    /// Status bits of which a 1 is a fulfilled condition, and of which a 0 is.
-    by_one: u32,
-    by_zero: u32,
-    needs_all: bool,
-}
-
-impl Feedback {
-    fn new(image: &Image<'_>) -> Self {
-        let words = [parameter(image, 15_051, 1) as u32, parameter(image, 15_052, 1) as u32];
-        let mut selected = [0_u32; 2];
-        let mut select = |word: u32, bits: &[u8]| {
-            for (place, bit) in (0_u32..).zip(bits).filter(|(_, bit)| **bit != NO_BIT) {
-                for (negation, mask) in (0_u32..).zip(&mut selected) {
-                    let is_selected = word >> (place.wrapping_mul(2).wrapping_add(negation) & 31) & 1;
-                    *mask |= is_selected << (bit & 31);
-                }
-            }
-        };
-        let [first, second] = words;
-        select(first, &CONDITIONS_1);
-        select(second, &CONDITIONS_2);
-        let [by_one, by_zero] = selected;
-        Self { by_one, by_zero, needs_all: parameter(image, 15_055, 1) == 1 }
-    }
-
-    /// Without a condition the output is the bus's alone (the catalogue leaves it open).
-    fn is_on(&self, status: &Word) -> bool {
-        let [shown, ..] = status.0;
-        let is_free = self.by_one | self.by_zero == 0;
-        let any = (shown & self.by_one) | (!shown & self.by_zero) != 0;
-        let all = (!shown & self.by_one) | (shown & self.by_zero) == 0;
-        is_free | if self.needs_all { all } else { any }
-    }
 }
 
 /// A limit whose response time runs (LNZ-SMS-06).
@@ -716,26 +548,5 @@ impl Logic {
         let by_bus = self.filtered(word) >> control::SD_OUT1 & 1 == 1;
         let is_on = if self.is_cascaded { !in_sto } else { by_bus & self.output.is_on(status) };
         if is_on & !self.is_output_faulty { 0b11 } else { 0 }
-    }
-}
-
-impl Pair {
-    /// Whether the discrepancy time is over; equal to it is still permitted (LNZ-IN-09).
-    fn judge(&mut self, (own, other): (bool, bool), is_first: bool, now: u64) -> bool {
-        let both = own == other;
-        if both & (is_first | (own != self.agreed)) {
-            self.agreed = own;
-            self.differs_since = None;
-            return false;
-        }
-        if is_first {
-            self.agreed = false;
-        }
-        if both & self.differs_since.is_none() {
-            return false;
-        }
-        // LNZ-IN-18: once one line has changed, both must be seen changed.
-        let since = *self.differs_since.get_or_insert(now);
-        now.saturating_sub(since) > self.discrepancy_ns
     }
 }

@@ -8,6 +8,9 @@ pub mod atv_rules;
 pub mod etg;
 pub mod etg_rules;
 pub mod lenze;
+pub mod lenze_inputs;
+pub mod lenze_messages;
+pub mod lenze_output;
 pub mod lenze_rules;
 
 use shm_schema::error::ErrorCode;
@@ -289,7 +292,7 @@ impl Logic {
         match self {
             Self::Amk(_) => amk::code(spec, breach, reaction),
             Self::Etg(_) => etg::code(spec, breach),
-            Self::Lenze(_) => lenze::code(spec, breach),
+            Self::Lenze(_) => lenze_messages::code(spec, breach),
             Self::Atv(_) => atv::code(spec, breach),
             Self::None => ErrorCode::single(1),
         }
@@ -309,7 +312,7 @@ impl Logic {
     pub fn watch_bus(&self, events: &Events, ledger: &mut Ledger) {
         match self {
             Self::Amk(_) => amk::watch_bus(events, ledger),
-            Self::Lenze(_) => lenze::watch_bus(events, ledger),
+            Self::Lenze(_) => lenze_messages::watch_bus(events, ledger),
             Self::Atv(_) => atv::watch_bus(events, ledger),
             // ETG-ERR-03 names no error of the communication.
             Self::Etg(_) | Self::None => {}
@@ -325,7 +328,7 @@ impl Logic {
         match self {
             Self::Amk(_) | Self::None => code,
             Self::Etg(_) => etg::internal(code),
-            Self::Lenze(_) => lenze::internal(code),
+            Self::Lenze(_) => lenze_messages::internal(code),
             Self::Atv(_) => atv::internal(code),
         }
     }
