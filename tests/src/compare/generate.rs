@@ -81,7 +81,9 @@ impl<'a> Plan<'a> {
             37..=41 => self.release_all(),
             42..=49 => self.recover(),
             50..=64 => self.acknowledge(),
-            65..=84 => self.move_to_a_limit(),
+            65..=79 => self.move_to_a_limit(),
+            80..=84 if !self.hints.has_terminals => self.move_to_a_limit(),
+            80..=84 if self.hints.has_terminals => self.press_terminal(),
             85..=94 if self.hints.uses_lines => self.switch_lines(),
             85..=89 if !self.hints.accelerations.is_empty() => self.accelerate(),
             90..=94 if !self.hints.torques.is_empty() => self.push(),
@@ -161,6 +163,25 @@ impl<'a> Plan<'a> {
         }
     }
 
+    /// A pulse of an acknowledge terminal, near the ends of its range (LNZ-ACK-01).
+    fn press_terminal(&mut self) {
+        let length = self.random.pick(&[299, 300, 301, 400]);
+        let is_error = self.random.chance(50);
+        for level in [true, false] {
+            let row = self.row();
+            if is_error {
+                row.aie = Some(level)
+            } else {
+                row.ais = Some(level)
+            }
+            if level {
+                self.now += length;
+                let speed = self.speed;
+                self.row().speed_mrpm = Some(speed);
+            }
+        }
+    }
+
     fn move_to_a_limit(&mut self) {
         let target = self.near_a_limit();
         self.now += self.random.between(1, 300);
@@ -178,7 +199,7 @@ impl<'a> Plan<'a> {
     fn switch_lines(&mut self) {
         let pair = self.random.between(0, 3) as usize;
         let level = !self.lines[pair].0;
-        let skew = self.random.pick(&[0, 0, 0, 1, 20, 119, 120, 121]);
+        let skew = self.random.pick(&[0, 0, 0, 1, 3, 9, 10, 11, 12, 20, 119, 120, 121]);
         self.lines[pair].0 = level;
         if skew == 0 {
             self.lines[pair].1 = level;

@@ -61,11 +61,13 @@ pub struct Hints {
     pub accelerations: Vec<i64>,
     /// Torques at which something happens, per cent.
     pub torques: Vec<i64>,
+    /// The acknowledge terminals matter.
+    pub has_terminals: bool,
 }
 
 impl Hints {
     /// Adds a limit in rpm, both directions.
-    fn limit(&mut self, rpm: i64) {
+    pub(super) fn limit(&mut self, rpm: i64) {
         self.limits.extend([rpm * 1000, -rpm * 1000]);
     }
 }
@@ -79,7 +81,8 @@ pub fn hints(profile: Profile, random: &mut Random) -> (BTreeMap<u32, i32>, Hint
         Profile::AmkKw => amk(random),
         Profile::Etg61002 => etg_profile(random),
         Profile::Atv340 => atv(random),
-        other => panic!("no hints for {}", other.name()),
+        Profile::LenzeSm301 => super::lenze::hints(random),
+        other @ Profile::None => panic!("no hints for {}", other.name()),
     }
 }
 
@@ -214,7 +217,9 @@ fn atv(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
         high(atv340::control::SS1, Some(by_ss1)),
         high(atv340::control::SLS, Some(by_sls)),
     ];
-    if set[&56] != 0 {
+    // With one threshold the bit has no effect by the catalogue's table; the channels still
+    // refuse it there.
+    if set[&56] >= 2 {
         hints.requests.push(high(atv340::control::SMS_SWITCH, None));
     }
     (set, hints)

@@ -8,6 +8,7 @@
 
 pub mod generate;
 pub mod hints;
+pub mod lenze;
 pub mod random;
 pub mod scenario;
 pub mod shrink;
@@ -104,23 +105,35 @@ pub struct Failure {
     pub parting: Parting,
 }
 
-/// Compares over seeds; stops at the first failure and shrinks it.
+/// Compares over seeds; stops at the first failure and shrinks it. Answers with the number
+/// of cycles compared.
 pub fn compare(
     profile: Profile,
     seeds: std::ops::Range<u64>,
     make: &dyn Fn(&Scenario) -> Box<dyn Subject>,
-) -> Result<(), Box<Failure>> {
-    let parts = |scenario: &Scenario| first_parting(scenario, make(scenario).as_mut());
+) -> Result<u64, Box<Failure>> {
+    let mut cycles = 0;
     for seed in seeds {
-        let scenario = generate::scenario(profile, seed);
-        if parts(&scenario).is_some() {
-            let scenario = shrink::smallest(scenario, &|candidate| parts(candidate).is_some());
-            if let Some(parting) = parts(&scenario) {
-                return Err(Box::new(Failure { seed, scenario, parting }));
-            }
-        }
+        cycles += compare_seed(profile, seed, make)?;
     }
-    Ok(())
+    Ok(cycles)
+}
+
+/// Compares the scenario of one seed; a failing one is made small.
+pub fn compare_seed(
+    profile: Profile,
+    seed: u64,
+    make: &dyn Fn(&Scenario) -> Box<dyn Subject>,
+) -> Result<u64, Box<Failure>> {
+    let parts = |scenario: &Scenario| first_parting(scenario, make(scenario).as_mut());
+    let scenario = generate::scenario(profile, seed);
+    let cycles = scenario.last as u64 + 1;
+    let Some(found) = parts(&scenario) else { return Ok(cycles) };
+    let is_the_same = |parting: &Parting| (parting.source, parting.what) == (found.source, found.what);
+    let fails = |candidate: &Scenario| parts(candidate).is_some_and(|parting| is_the_same(&parting));
+    let scenario = shrink::smallest(scenario, &fails);
+    let parting = parts(&scenario).unwrap_or(found);
+    Err(Box::new(Failure { seed, scenario, parting }))
 }
 
 #[cfg(test)]

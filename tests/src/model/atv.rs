@@ -32,27 +32,45 @@ mod sme {
     pub const SMS_NOT_USED: u32 = 0x158;
 }
 
-/// Who started an SS1 and holds its end.
+/// Which requests asked for an SS1 while it ran, and hold its end: SS1 itself, and SLS of
+/// types 3 and 6 (also for STO below the standstill level).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Holders {
+    ss1: bool,
+    sls: bool,
+}
+
+impl Holders {
+    fn and(self, other: Self) -> Self {
+        Self { ss1: self.ss1 || other.ss1, sls: self.sls || other.sls }
+    }
+}
+
+const BY_SS1: Holders = Holders { ss1: true, sls: false };
+const BY_SLS: Holders = Holders { ss1: false, sls: true };
+
+/// What waits in STO for its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Holder {
-    /// The SS1 request.
-    Ss1,
-    /// The SLS request (types 3 and 6, and STO below the standstill level).
-    Sls,
+enum Waits {
+    AfterSs1,
+    BelowStandstill,
 }
 
 #[derive(Debug, Clone)]
 enum Stop {
     None,
-    /// Since when, and which request holds it besides STO and errors.
+    /// Since when, which request holds it besides STO and errors, and whether a completed
+    /// stop waits here (ATV-PSF-09).
     Sto {
         since: i64,
-        holder: Option<Holder>,
+        holders: Holders,
+        waits: Option<Waits>,
     },
     Ss1 {
         started: i64,
-        highest: i64,
-        holder: Holder,
+        /// Fastest so far, with its direction.
+        fastest: i64,
+        holders: Holders,
     },
 }
 
@@ -68,11 +86,14 @@ enum Sls {
         started: i64,
         latched: i64,
     },
+    /// Types 3 and 6 above the threshold: SS1 brakes, and nothing else is monitored.
+    Braked,
     /// Constant limits.
     Limits,
 }
 
 /// One ATV channel.
+#[derive(Debug, Clone)]
 pub struct Atv {
     parameters: BTreeMap<u32, i32>,
     now: i64,
@@ -114,9 +135,19 @@ impl Atv {
         }
     }
 
-    fn go_to_sto(&mut self, holder: Option<Holder>) {
+    fn go_to_sto(&mut self, holders: Holders, waits: Option<Waits>) {
+        // An SS1 that has run and is aborted is over, and its requests hold its end state
+        // (DEC-13).
+        let holders = match self.stop {
+            Stop::Ss1 { started, holders: of_ss1, .. } => {
+                // What SLS started in this very cycle has not run.
+                let by_sls = of_ss1.sls && started < self.now;
+                holders.and(Holders { ss1: of_ss1.ss1, sls: by_sls })
+            }
+            _ => holders,
+        };
         if self.state() != StopState::Sto {
-            self.stop = Stop::Sto { since: self.now, holder };
+            self.stop = Stop::Sto { since: self.now, holders, waits };
         }
     }
 
@@ -147,51 +178,61 @@ impl Atv {
 
     /// DEC-12, ATV-SS1-11, ATV-SS1-12: nothing asks for a restart acknowledge.
     fn leave(&mut self, sto: bool, ss1: bool, sls: bool) {
-        let Stop::Sto { since, holder } = self.stop else { return };
-        let held = match holder {
-            // A stop that SS1 asks for too has its end state already.
-            Some(Holder::Sls) => sls || ss1,
-            Some(Holder::Ss1) | None => ss1,
-        };
-        let rest = if holder.is_some() { RELEASE_AFTER } else { 0 };
+        let Stop::Sto { since, holders, waits } = &mut self.stop else { return };
+        *holders = Holders { ss1: holders.ss1 && ss1, sls: holders.sls && sls };
+        let (since, holders, waits) = (*since, *holders, *waits);
+        // DEC-11, DEC-13: what has run stands while its request stands; an SS1 that STO came
+        // before is remembered, and begins now.
+        let held = holders.ss1 || holders.sls;
+        // Only a completed SS1 rests; SLS at standstill ends with its request.
+        let rest = if waits == Some(Waits::AfterSs1) { RELEASE_AFTER } else { 0 };
         let over = self.now - since >= rest;
         if !sto && !held && over && self.errors.is_empty() {
             self.stop = Stop::None;
         }
     }
 
-    fn start_ss1(&mut self, holder: Holder, magnitude: i64) {
-        if matches!(self.stop, Stop::None) {
-            self.stop = Stop::Ss1 { started: self.now, highest: magnitude, holder };
+    fn start_ss1(&mut self, holders: Holders, signed: i64) {
+        match &mut self.stop {
+            Stop::None => self.stop = Stop::Ss1 { started: self.now, fastest: signed, holders },
+            Stop::Ss1 { holders: all, .. } => {
+                *all = all.and(holders);
+            }
+            Stop::Sto { .. } => {}
         }
     }
 
     /// ATV-SEQ-01, ATV-SS1-06 to 10.
-    fn supervise_ss1(&mut self, magnitude: i64) {
+    fn supervise_ss1(&mut self, signed: i64) {
+        let magnitude = signed.abs();
         let now = self.now;
         let delay = self.raw(34);
-        let Stop::Ss1 { started, highest, holder } = &mut self.stop else { return };
-        let (started, holder) = (*started, *holder);
+        let Stop::Ss1 { started, fastest, holders } = &mut self.stop else { return };
+        let (started, holders) = (*started, *holders);
         let elapsed = now - started - delay;
         if elapsed < 0 {
             // DEC-03: from the highest frequency seen during the delay.
-            *highest = (*highest).max(magnitude);
+            if magnitude > fastest.abs() {
+                *fastest = signed;
+            }
         }
-        let highest = *highest;
+        let (highest, own) = (fastest.abs(), if *fastest < 0 { -signed } else { signed });
         if magnitude <= self.frequency(33) {
-            self.go_to_sto(Some(holder));
+            self.go_to_sto(holders, Some(Waits::AfterSs1));
             return;
         }
         // Compared in thousandths, so that the slope needs no division.
         let line = (highest + self.frequency(32)) * 1000 - self.frequency(31) * elapsed;
-        let over_line = magnitude * 1000 > line;
+        // DEC-06: in its own direction the line, on the other side the standstill level.
+        let over_line = own * 1000 > line || own < -self.frequency(33);
         let line_has_ended = line <= self.frequency(33) * 1000;
         if elapsed >= 0 && (over_line || line_has_ended) {
             self.ss1_violations += 1;
             // ATV-SS1-09: the fifth needs the power off.
             let fifth = self.raw(35) == 1 && self.ss1_violations >= 5;
             self.errors.insert(if fifth { sme::SS1_REPEATED } else { sme::SS1_RAMP });
-            self.go_to_sto(None);
+            // DEC-11: the SS1 that left its ramp has ended too, and its request holds it.
+            self.go_to_sto(holders, None);
         }
     }
 
@@ -207,12 +248,16 @@ impl Atv {
 
     /// The zones at activation, row by row of the catalogue's table.
     #[allow(clippy::match_same_arms, reason = "row by row as the catalogue's table")]
-    fn activate_sls(&mut self, magnitude: i64) {
+    fn activate_sls(&mut self, signed: i64) {
+        let magnitude = signed.abs();
         let above = magnitude > self.frequency(48);
         match (self.sls_type(), above) {
             (1 | 4, true) => self.violate_sls(sme::SLS_THRESHOLD),
             (2 | 5, true) => self.sls = Sls::Line { started: self.now, latched: magnitude },
-            (3 | 6, true) => self.start_ss1(Holder::Sls, magnitude),
+            (3 | 6, true) => {
+                self.start_ss1(BY_SLS, signed);
+                self.sls = Sls::Braked;
+            }
             // ATV-SLST1-04: no wait time.
             (1, false) => self.sls = Sls::Limits,
             (2 | 3, false) if self.is_below_standstill(magnitude) => {
@@ -226,7 +271,7 @@ impl Atv {
 
     fn violate_sls(&mut self, code: u32) {
         self.errors.insert(code);
-        self.go_to_sto(None);
+        self.go_to_sto(Holders::default(), None);
     }
 
     fn supervise_sls(&mut self, magnitude: i64) {
@@ -249,7 +294,7 @@ impl Atv {
             if self.is_below_standstill(magnitude) {
                 // ATV-SLST2-06: no error at the end of the wait.
                 if self.now - started >= self.raw(54) {
-                    self.go_to_sto(Some(Holder::Sls));
+                    self.go_to_sto(BY_SLS, Some(Waits::BelowStandstill));
                 }
                 return;
             }
@@ -259,7 +304,7 @@ impl Atv {
             if magnitude > self.frequency(48) {
                 self.violate_sls(sme::SLS_THRESHOLD);
             } else if self.is_below_standstill(magnitude) {
-                self.go_to_sto(Some(Holder::Sls));
+                self.go_to_sto(BY_SLS, Some(Waits::BelowStandstill));
             }
         }
     }
@@ -284,7 +329,7 @@ impl Atv {
             return;
         };
         self.errors.insert(code);
-        self.go_to_sto(None);
+        self.go_to_sto(Holders::default(), None);
     }
 
     fn status(&self, word: &Word) -> Word {
@@ -292,24 +337,24 @@ impl Atv {
         let switch = word.bit(control::SMS_SWITCH);
         let enabled = state != StopState::Sto;
         let sms = enabled && self.sms_thresholds(switch).is_some();
-        let waits = matches!(self.stop, Stop::Sto { holder: Some(_), .. });
+        let waits = matches!(self.stop, Stop::Sto { waits: Some(_), .. });
         Word::ZERO
             .with(status::STO, !enabled)
             .with(status::SS1, state == StopState::Ss1)
             .with(status::SAFETY_ERROR, !self.errors.is_empty())
             .with(status::RESTART_REQUIRED, waits)
-            .with(status::SLS, enabled && !matches!(self.sls, Sls::Off))
+            .with(status::SLS, enabled && !matches!(self.sls, Sls::Off | Sls::Braked))
             .with(status::SMS, sms)
             .with(status::SMS_THRESHOLD_2, sms && self.raw(56) == 2 && switch)
     }
 }
 
 impl Channel for Atv {
-    fn step(&mut self, input: &ModelInput, crosscheck_error: bool) -> ChannelView {
+    fn step(&mut self, input: &ModelInput, differs: bool) -> ChannelView {
         let word = input.control;
         let signed = input.speed_mrpm * self.raw(2).max(1);
         let magnitude = signed.abs();
-        let sto = !word.bit(control::STO) || crosscheck_error;
+        let sto = !word.bit(control::STO) || differs;
         let ss1 = word.bit(control::SS1) && self.raw(65) != 0;
         let sls = word.bit(control::SLS) && self.raw(66) != 0;
 
@@ -318,14 +363,14 @@ impl Channel for Atv {
         self.leave(sto, ss1, sls);
         self.errors.extend(&standing);
         if sto || !standing.is_empty() {
-            self.go_to_sto(None);
+            self.go_to_sto(Holders::default(), None);
         }
         if ss1 {
-            self.start_ss1(Holder::Ss1, magnitude);
+            self.start_ss1(BY_SS1, signed);
         }
         let was_in_sto = self.state() == StopState::Sto;
         let errors_before = self.errors.len();
-        self.supervise_ss1(magnitude);
+        self.supervise_ss1(signed);
         // In STO, also in that of an SS1 just ended, nothing is evaluated (DEC-14); a
         // violation leaves the other monitors their look at the same sample.
         let ended = self.state() == StopState::Sto && self.errors.len() == errors_before;
@@ -333,13 +378,13 @@ impl Channel for Atv {
             match (&self.sls, sls) {
                 (_, false) => self.sls = Sls::Off,
                 // DEC-14: a monitor requested while SS1 brakes monitors at once.
-                (Sls::Off, true) => self.activate_sls(magnitude),
+                (Sls::Off, true) => self.activate_sls(signed),
                 _ => {}
             }
             self.supervise_sls(magnitude);
             self.supervise_sms(word.bit(control::SMS_SWITCH), signed);
             // An SS1 that SLS has just started is supervised from now on.
-            self.supervise_ss1(magnitude);
+            self.supervise_ss1(signed);
         }
         if self.state() == StopState::Sto {
             self.sls = Sls::Off;
@@ -360,5 +405,13 @@ impl Channel for Atv {
         };
         self.now += 1;
         view
+    }
+
+    fn acknowledge_levels(&self, input: &ModelInput) -> u32 {
+        u32::from(input.control.bit(control::SAFETY_RESET))
+    }
+
+    fn fork(&self) -> Box<dyn Channel> {
+        Box::new(self.clone())
     }
 }

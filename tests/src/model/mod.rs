@@ -144,8 +144,15 @@ pub struct ChannelView {
 
 /// One channel of a profile.
 pub trait Channel {
-    /// One cycle; `crosscheck_error`: the agreement of the cycle before carries an error.
-    fn step(&mut self, input: &ModelInput, crosscheck_error: bool) -> ChannelView;
+    /// One cycle; `differs`: the agreement of the cycle before, or the channel's own
+    /// comparison with its partner, carries an error.
+    fn step(&mut self, input: &ModelInput, differs: bool) -> ChannelView;
+
+    /// Acknowledge levels as a report shows them: bit 0 error, 1 restart, 2 non-safe clear.
+    fn acknowledge_levels(&self, input: &ModelInput) -> u32;
+
+    /// A copy that goes its own way.
+    fn fork(&self) -> Box<dyn Channel>;
 }
 
 /// The reference model of one axis.

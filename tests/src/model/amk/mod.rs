@@ -39,6 +39,7 @@ struct Standing {
 }
 
 /// One AMK channel.
+#[derive(Debug, Clone)]
 pub struct Amk {
     parameters: Parameters,
     which: Which,
@@ -115,7 +116,7 @@ impl Amk {
     /// AMK-ACK-02: control bit 7 or the non-safe command, on the rising edge; what is high
     /// from the start is no edge (DEC-16).
     fn acknowledge(&mut self, input: &ModelInput) -> u32 {
-        let levels = u32::from(input.control.bit(control::ERROR_ACK)) | u32::from(input.clear_error) << 2;
+        let levels = self.acknowledge_levels(input);
         let before = self.acknowledge_before.replace(levels).unwrap_or(levels);
         if levels & !before != 0 {
             self.clear();
@@ -192,7 +193,7 @@ impl Amk {
             let violation = self.stop.supervise(&self.parameters, self.now, input.position, input.speed_mrpm);
             if let Some(violation) = violation {
                 self.remember_violation(violation);
-                self.stop = Stop::Sto;
+                self.stop.go_to_sto();
             }
         }
     }
@@ -218,11 +219,11 @@ impl Amk {
 }
 
 impl Channel for Amk {
-    fn step(&mut self, input: &ModelInput, crosscheck_error: bool) -> ChannelView {
+    fn step(&mut self, input: &ModelInput, differs: bool) -> ChannelView {
         let levels = self.levels(input);
         let requested = self.requested(&input.control, levels);
         let requests = Requests {
-            sto: requested.bit(control::STO) || crosscheck_error,
+            sto: requested.bit(control::STO) || differs,
             ss1: requested.bit(control::SS1),
             ss2: requested.bit(control::SS2),
         };
@@ -256,5 +257,13 @@ impl Channel for Amk {
         };
         self.now += 1;
         view
+    }
+
+    fn acknowledge_levels(&self, input: &ModelInput) -> u32 {
+        u32::from(input.control.bit(control::ERROR_ACK)) | u32::from(input.clear_error) << 2
+    }
+
+    fn fork(&self) -> Box<dyn Channel> {
+        Box::new(self.clone())
     }
 }

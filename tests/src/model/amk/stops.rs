@@ -11,8 +11,8 @@ use super::parameters::{Parameters, Reaction};
 pub enum Stop {
     /// None.
     None,
-    /// Torque off.
-    Sto,
+    /// Torque off; whether an SS1 has ended here that is still requested (AMK-SS1-02).
+    Sto { ended_ss1: bool },
     /// SS1 supervises the deceleration (AMK-SS1-02).
     Ss1(Approach),
     /// SS2 supervises the deceleration (AMK-SS2-05).
@@ -37,7 +37,7 @@ impl Stop {
     pub fn state(&self) -> StopState {
         match self {
             Self::None => StopState::None,
-            Self::Sto => StopState::Sto,
+            Self::Sto { .. } => StopState::Sto,
             Self::Ss1(_) => StopState::Ss1,
             Self::Ss2(_) => StopState::Ss2,
             Self::Standstill(_) => StopState::Sos,
@@ -46,10 +46,13 @@ impl Stop {
 
     /// DEC-12: a finished stop is left when nothing requests it and no error stands.
     pub fn leave(&mut self, requests: Requests, error_stands: bool) {
+        if let Self::Sto { ended_ss1 } = self {
+            *ended_ss1 &= requests.ss1;
+        }
         let held = match self {
-            // A standing SS1 request is content with its end state, STO, and gives no
-            // torque back for a ramp from there.
-            Self::Sto => requests.sto || requests.ss1,
+            // DEC-11: an SS1 that has ended here stands while its request stands; DEC-13:
+            // one that STO came before is remembered, and begins now.
+            Self::Sto { ended_ss1 } => requests.sto || *ended_ss1,
             Self::Standstill(_) => requests.ss2,
             _ => true,
         };
@@ -61,7 +64,7 @@ impl Stop {
     /// DEC-13: STO over SS1 over SS2; a running stop is aborted only by a higher one.
     pub fn request(&mut self, requests: Requests, parameters: &Parameters, now: i64, speed: i64) {
         if requests.sto {
-            *self = Self::Sto;
+            self.go_to_sto();
         } else if requests.ss1 {
             self.start_ss1(parameters, now, speed);
         } else if requests.ss2 {
@@ -72,9 +75,16 @@ impl Stop {
     /// Starts a stop as error reaction.
     pub fn react(&mut self, reaction: Reaction, parameters: &Parameters, now: i64, speed: i64) {
         match reaction {
-            Reaction::Sto => *self = Self::Sto,
+            Reaction::Sto => self.go_to_sto(),
             Reaction::Ss1 => self.start_ss1(parameters, now, speed),
             Reaction::Ss2 => self.start_ss2(parameters, now, speed),
+        }
+    }
+
+    /// STO aborts what brakes (DEC-13); an SS1 is over then, and its request holds STO.
+    pub fn go_to_sto(&mut self) {
+        if self.state() != StopState::Sto {
+            *self = Self::Sto { ended_ss1: self.state() == StopState::Ss1 };
         }
     }
 
@@ -101,12 +111,13 @@ impl Stop {
         speed: i64,
     ) -> Option<Violation> {
         match self {
-            Self::None | Self::Sto => None,
+            Self::None | Self::Sto { .. } => None,
             Self::Ss1(approach) => {
                 let (phase, finding) = supervise_ramp(approach, now, speed);
-                if phase == Phase::Target {
-                    // AMK-SS1-02: at t >= t2 STO, whatever the speed is.
-                    *self = Self::Sto;
+                // AMK-SS1-02: at t >= t2 STO, whatever the speed is; AMK-SS1-09: at once when
+                // it leaves its ramp.
+                if phase == Phase::Target || finding.is_some() {
+                    *self = Self::Sto { ended_ss1: true };
                 }
                 finding.map(|finding| Violation { function: 101, finding, reaction: Reaction::Sto })
             }

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 use shm_schema::facts::etg;
 use shm_schema::facts::etg_6100_2::{control, status};
-use shm_schema::profile::common;
+use shm_schema::profile::{common, etg_key};
 use shm_schema::word::Word;
 
 use monitors::{Monitor, Sample, Sdi};
@@ -31,6 +31,8 @@ pub enum Finding {
     Limit,
     /// The deceleration limit.
     Ramp,
+    /// The velocity window of SDI.
+    Motion,
 }
 
 /// Control bits of function instances (DEC-41).
@@ -95,10 +97,26 @@ const STATUS: [(u8, Instance); 27] = [
 #[derive(Debug, Clone)]
 struct Standing {
     instance: Instance,
+    finding: Finding,
     reaction: Reaction,
 }
 
+impl Standing {
+    /// ETG-ERR-03: function, instance and the number of the catalogue's row.
+    fn code(&self) -> u32 {
+        let (function, instance) = self.instance;
+        let deceleration_first = function == etg::SS2;
+        let number = match self.finding {
+            Finding::Ramp if deceleration_first => 1,
+            Finding::Ramp | Finding::Motion => 2,
+            Finding::Limit => 1,
+        };
+        etg_key(function, instance, number)
+    }
+}
+
 /// One ETG channel.
+#[derive(Debug, Clone)]
 pub struct Etg {
     parameters: Parameters,
     control: BTreeMap<u8, Instance>,
@@ -144,9 +162,8 @@ impl Etg {
     }
 
     /// Rising edges of error and restart acknowledge (ETG-ERR-04, ETG-RST-03, DEC-16).
-    fn acknowledge_edges(&mut self, word: &Word) -> (u32, bool, bool) {
-        let levels =
-            u32::from(word.bit(control::ERROR_ACK)) | u32::from(word.bit(control::RESTART_ACKNOWLEDGE)) << 1;
+    fn acknowledge_edges(&mut self, input: &ModelInput) -> (u32, bool, bool) {
+        let levels = self.acknowledge_levels(input);
         let before = self.acknowledge_before.replace(levels).unwrap_or(levels);
         let rising = levels & !before;
         (levels, rising & 1 != 0, rising & 2 != 0)
@@ -181,10 +198,10 @@ impl Etg {
         }
     }
 
-    fn remember(&mut self, instance: Instance, reaction: Reaction) {
-        let known = self.standing.iter().any(|standing| standing.instance == instance);
-        if !known {
-            self.standing.push(Standing { instance, reaction });
+    fn remember(&mut self, instance: Instance, finding: Finding, reaction: Reaction) {
+        let new = Standing { instance, finding, reaction };
+        if !self.standing.iter().any(|standing| standing.code() == new.code()) {
+            self.standing.push(new);
         }
     }
 
@@ -207,18 +224,18 @@ impl Etg {
         requested: &[(u8, Instance)],
         word: &Word,
         sample: &Sample,
-    ) -> Vec<(Instance, Reaction)> {
+    ) -> Vec<(Instance, Finding, Reaction)> {
         let mut found = Vec::new();
         for monitor in &mut self.monitors {
             let asked = requested.iter().any(|(_, instance)| *instance == monitor.instance);
             let wanted = asked || monitor.is_always_requested(&self.parameters);
             let finding = monitor.step(&self.parameters, wanted, sample);
-            found.extend(finding.map(|(_, reaction)| (monitor.instance, reaction)));
+            found.extend(finding.map(|(finding, reaction)| (monitor.instance, finding, reaction)));
         }
         if self.parameters.supports((etg::SDI, 1)) {
             let forbidden = (!word.bit(control::SDIP), !word.bit(control::SDIN));
             let finding = self.sdi.step(&self.parameters, forbidden, sample);
-            found.extend(finding.map(|_| ((etg::SDI, 1), Reaction::Sto)));
+            found.extend(finding.map(|finding| ((etg::SDI, 1), finding, Reaction::Sto)));
         }
         found
     }
@@ -232,8 +249,8 @@ impl Etg {
         }
         if self.stop.state() != before {
             let found = self.stop.supervise(&self.parameters, sample.now, sample.position, sample.speed);
-            for (function, instance, _, reaction) in found {
-                self.remember((function, instance), reaction);
+            for (function, instance, finding, reaction) in found {
+                self.remember((function, instance), finding, reaction);
                 self.stop.start(reaction, &self.parameters, sample.now, sample.speed);
             }
         }
@@ -289,17 +306,17 @@ impl Etg {
 }
 
 impl Channel for Etg {
-    fn step(&mut self, input: &ModelInput, crosscheck_error: bool) -> ChannelView {
+    fn step(&mut self, input: &ModelInput, differs: bool) -> ChannelView {
         let sample = self.sample(input);
         let word = input.control;
         let requested = self.requested(&word);
         let of = |function| requested.iter().filter(move |(_, one)| one.0 == function).map(|(_, one)| one.1);
         let requests = Requests {
-            sto: of(etg::STO).next().is_some() || crosscheck_error,
+            sto: of(etg::STO).next().is_some() || differs,
             ss1: of(etg::SS1).collect(),
             ss2: of(etg::SS2).collect(),
         };
-        let (acknowledge, error_edge, restart_edge) = self.acknowledge_edges(&word);
+        let (acknowledge, error_edge, restart_edge) = self.acknowledge_edges(input);
         if error_edge {
             self.clear();
         }
@@ -307,15 +324,15 @@ impl Channel for Etg {
         self.stop.request(&requests, &self.parameters, self.now, sample.speed);
 
         let mut reactions = Vec::new();
-        for (function, instance, _, reaction) in
+        for (function, instance, finding, reaction) in
             self.stop.supervise(&self.parameters, sample.now, sample.position, sample.speed)
         {
-            self.remember((function, instance), reaction);
+            self.remember((function, instance), finding, reaction);
             reactions.push(reaction);
         }
         if self.stop.state() != StopState::Sto {
-            for (instance, reaction) in self.monitor(&requested, &word, &sample) {
-                self.remember(instance, reaction);
+            for (instance, finding, reaction) in self.monitor(&requested, &word, &sample) {
+                self.remember(instance, finding, reaction);
                 reactions.push(reaction);
             }
         }
@@ -334,10 +351,18 @@ impl Channel for Etg {
             acknowledge,
             ready: self.stop.state() != StopState::Sto,
             stop: self.stop.state(),
-            // The profile has no codes: function and instance stand in for one.
-            errors: self.standing.iter().map(|one| [one.instance.0 << 8 | one.instance.1, 0, 0, 0]).collect(),
+            errors: self.standing.iter().map(|one| [one.code(), 0, 0, 0]).collect(),
         };
         self.now += 1;
         view
+    }
+
+    fn acknowledge_levels(&self, input: &ModelInput) -> u32 {
+        let word = input.control;
+        u32::from(word.bit(control::ERROR_ACK)) | u32::from(word.bit(control::RESTART_ACKNOWLEDGE)) << 1
+    }
+
+    fn fork(&self) -> Box<dyn Channel> {
+        Box::new(self.clone())
     }
 }

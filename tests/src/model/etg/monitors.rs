@@ -274,10 +274,11 @@ impl Sdi {
         self.reference = Some(reference);
         let half = parameters.value(sdi, etg::sdi::POSITION_ZERO_WINDOW).abs();
         let travelled = sample.position - reference;
-        let positive = travelled > half || (speed_window.is_some() && sample.speed > zero);
-        let negative = travelled < -half || (speed_window.is_some() && sample.speed < -zero);
-        self.violated = (forbidden.0 && positive) || (forbidden.1 && negative);
-        self.violated.then_some(Finding::Limit)
+        let too_far = (forbidden.0 && travelled > half) || (forbidden.1 && travelled < -half);
+        let in_motion = (forbidden.0 && sample.speed > zero) || (forbidden.1 && sample.speed < -zero);
+        let too_fast = speed_window.is_some() && in_motion;
+        self.violated = too_far || too_fast;
+        if too_far { Some(Finding::Limit) } else { too_fast.then_some(Finding::Motion) }
     }
 
     /// Remembers the speed for the crossing of zero.

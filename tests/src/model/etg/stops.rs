@@ -1,6 +1,6 @@
 //! STO, SS1 and SS2 with their instances, restart acknowledge and brake (ETG-SEQ-01 to 08).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use shm_schema::facts::etg;
 
@@ -15,8 +15,8 @@ use super::parameters::{ApproachObjects, Approaching, Parameters, Reaction};
 pub enum Stop {
     /// None.
     None,
-    /// Torque off.
-    Sto,
+    /// Torque off; the SS1 instances that have ended here and are still requested.
+    Sto(BTreeSet<u32>),
     /// Instances of SS1 that brake; the first to end ends all.
     Ss1(BTreeMap<u32, Ss1>),
     /// Instances of SS2.
@@ -146,7 +146,7 @@ impl Stop {
     pub fn state(&self) -> StopState {
         match self {
             Self::None => StopState::None,
-            Self::Sto => StopState::Sto,
+            Self::Sto(_) => StopState::Sto,
             Self::Ss1(_) => StopState::Ss1,
             Self::Ss2(runs) if runs.values().any(|run| matches!(run, Ss2::Braking(_))) => StopState::Ss2,
             Self::Ss2(_) => StopState::Sos,
@@ -156,7 +156,9 @@ impl Stop {
     /// Whether the stop has reached its end state and nothing requests it any more (DEC-12).
     pub fn waits_to_be_left(&self, requests: &Requests, error_stands: bool) -> bool {
         let unrequested = match self {
-            Self::Sto => !requests.sto && requests.ss1.is_empty(),
+            // DEC-11: an SS1 that has ended here stands while its request stands; DEC-13:
+            // one that STO came before is remembered, and begins when STO is left.
+            Self::Sto(ended) => !requests.sto && ended.iter().all(|one| !requests.ss1.contains(one)),
             Self::Ss2(runs) => {
                 self.state() == StopState::Sos && runs.keys().all(|one| !requests.ss2.contains(one))
             }
@@ -168,7 +170,7 @@ impl Stop {
     /// Whether leaving asks for a restart acknowledge (ETG-RST-01, ETG-RST-02).
     pub fn needs_restart_acknowledge(&self, parameters: &Parameters) -> bool {
         match self {
-            Self::Sto => {
+            Self::Sto(_) => {
                 parameters.needs_restart_acknowledge((etg::STO, 1), etg::sto::RESTART_ACKNOWLEDGE_BEHAVIOR)
             }
             Self::Ss2(runs) => runs.keys().any(|instance| {
@@ -181,8 +183,11 @@ impl Stop {
 
     /// DEC-13: STO over SS1 over SS2.
     pub fn request(&mut self, requests: &Requests, parameters: &Parameters, now: i64, speed: i64) {
+        if let Self::Sto(ended) = self {
+            ended.retain(|instance| requests.ss1.contains(instance));
+        }
         if requests.sto {
-            *self = Self::Sto;
+            self.start(Reaction::Sto, parameters, now, speed);
         }
         for instance in &requests.ss1 {
             self.start(Reaction::Ss1(*instance), parameters, now, speed);
@@ -196,8 +201,10 @@ impl Stop {
     #[allow(clippy::match_same_arms, reason = "in the order of priority")]
     pub fn start(&mut self, stop: Reaction, parameters: &Parameters, now: i64, speed: i64) {
         match (stop, &mut *self) {
-            (Reaction::None, _) | (Reaction::Ss1(_) | Reaction::Ss2(_), Self::Sto) => {}
-            (Reaction::Sto, _) => *self = Self::Sto,
+            (Reaction::None, _) | (_, Self::Sto(_)) => {}
+            // Every SS1 that is aborted is over, and its request holds STO.
+            (Reaction::Sto, Self::Ss1(runs)) => *self = Self::Sto(runs.keys().copied().collect()),
+            (Reaction::Sto, _) => *self = Self::Sto(BTreeSet::new()),
             (Reaction::Ss1(instance), Self::Ss1(runs)) => {
                 runs.entry(instance).or_insert_with(|| Ss1::start(parameters, instance, now, speed));
             }
@@ -223,17 +230,17 @@ impl Stop {
         speed: i64,
     ) -> Vec<StopFinding> {
         match self {
-            Self::None | Self::Sto => Vec::new(),
+            Self::None | Self::Sto(_) => Vec::new(),
             Self::Ss1(runs) => {
                 let mut found = Vec::new();
                 let mut ended = false;
                 for (instance, run) in runs.iter_mut() {
                     let (finding, reached) = run.step(now, speed);
-                    found.extend(finding.map(|finding| (etg::SS1, *instance, finding, Reaction::Sto)));
                     ended |= reached;
+                    found.extend(finding.map(|finding| (etg::SS1, *instance, finding, Reaction::Sto)));
                 }
                 if ended {
-                    *self = Self::Sto;
+                    *self = Self::Sto(runs.keys().copied().collect());
                 }
                 found
             }

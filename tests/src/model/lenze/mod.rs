@@ -1,9 +1,14 @@
-//! One channel of the Lenze SM301: STO, SS1, SS2 with SOS, SSE, SMS, SLS, SDI and ramp
-//! monitoring, commanded over the safety bus.
+//! One channel of the Lenze SM301: STO, SS1, SS2 with SOS, SSE, SMS, SLS, SDI, ramp
+//! monitoring, the four safe inputs and special operation with SLI.
 //!
-//! Not modelled: the four input pairs with their discrepancy times, special operation
-//! (OMS, ES, SLI) and cascading; scenarios that use them are not for this model.
+//! Both channels do the same: each judges both lines of a pair (DEC-36). Not modelled:
+//! cascading and the safe output.
 
+mod inputs;
+mod monitors;
+mod parameters;
+mod pulse;
+mod special;
 mod stops;
 
 #[cfg(test)]
@@ -12,43 +17,16 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use shm_schema::facts::lenze_sm301::{control, status};
-use shm_schema::profile::lenze_key;
 use shm_schema::word::Word;
 
+use inputs::Input;
+use monitors::{DirectionMonitor, SpeedMonitor};
+use parameters::Parameters;
+use pulse::Pulse;
+use special::{Change, Special};
 use stops::{Stop, Target};
 
 use super::{Channel, ChannelView, ModelInput, StopState};
-
-/// Parameters by code and subcode.
-#[derive(Debug, Clone)]
-pub struct Parameters(BTreeMap<u32, i32>);
-
-impl Parameters {
-    /// A code without subcode.
-    pub fn code(&self, code: u32) -> i64 {
-        self.sub(code, 0)
-    }
-
-    /// A code with subcode; what has a default beside 0 is listed.
-    pub fn sub(&self, code: u32, sub: u32) -> i64 {
-        // LNZ-SDI-05, LNZ-SMS-03, DEC-49.
-        let default = match code {
-            15_343 | 15_320 => 1,
-            15_113 => -1,
-            _ => 0,
-        };
-        self.0.get(&lenze_key(code, sub)).map_or(default, |value| i64::from(*value))
-    }
-
-    /// 0 STO, 1 SS1, 2 SS2.
-    pub fn reaction(&self, code: u32, sub: u32) -> Target {
-        match self.sub(code, sub) {
-            1 => Target::Ss1,
-            2 => Target::Ss2,
-            _ => Target::Sto,
-        }
-    }
-}
 
 /// Error numbers of the module.
 pub mod number {
@@ -66,54 +44,32 @@ pub mod number {
     pub const SOS: u32 = 106;
     /// Ramp.
     pub const RAMP: u32 = 110;
+    /// SLI.
+    pub const SLI: u32 = 111;
+    /// SD-In1; the others follow.
+    pub const INPUT: u32 = 49;
 }
 
-/// One monitor of speed: SMS (0) or SLS 1 to 4.
-#[derive(Debug, Clone, Default)]
-struct SpeedMonitor {
-    since: Option<i64>,
-    violated_at: Option<i64>,
-}
-
-/// One monitor of direction.
-#[derive(Debug, Clone, Default)]
-struct DirectionMonitor {
-    since: Option<i64>,
-    reference: Option<i64>,
-    violated: bool,
-}
-
-/// Pulse of an acknowledge terminal (LNZ-ACK-01, LNZ-ACK-03, LNZ-ACK-05).
-#[derive(Debug, Clone, Default)]
-struct Pulse {
-    level: bool,
-    high_since: Option<i64>,
-}
-
-impl Pulse {
-    /// The falling edge of a pulse of 0.3 to 10 s.
-    fn is_given(&mut self, level: bool, now: i64) -> bool {
-        let rises = level && !self.level;
-        let falls = !level && self.level;
-        self.level = level;
-        if rises {
-            self.high_since = Some(now);
-        }
-        let length = self.high_since.map(|since| now - since);
-        if falls {
-            self.high_since = None;
-        }
-        falls && length.is_some_and(|length| (300..=10_000).contains(&length))
-    }
+/// What is requested, by the bus or by an input.
+#[derive(Debug, Clone, Copy, Default)]
+struct Demands {
+    functions: Word,
+    emergency: bool,
+    special: bool,
+    enable: bool,
 }
 
 /// One Lenze channel.
+#[derive(Debug, Clone)]
 pub struct Lenze {
     parameters: Parameters,
     now: i64,
     bus_before: Option<(bool, bool)>,
     ais: Pulse,
     aie: Pulse,
+    inputs: Option<Vec<Input>>,
+    special: Special,
+    moved_from: i64,
     stop: Stop,
     speeds: [SpeedMonitor; 5],
     directions: [DirectionMonitor; 2],
@@ -124,22 +80,85 @@ impl Lenze {
     /// A settled channel.
     pub fn new(given: &BTreeMap<u32, i32>) -> Self {
         Self {
-            parameters: Parameters(given.clone()),
+            parameters: Parameters::new(given),
             now: 0,
             bus_before: None,
             ais: Pulse::default(),
             aie: Pulse::default(),
-            stop: Stop::None,
+            inputs: None,
+            special: Special::default(),
+            moved_from: 0,
+            stop: Stop::NONE,
             speeds: Default::default(),
             directions: Default::default(),
             errors: BTreeMap::new(),
         }
     }
 
-    /// LNZ-BUS-07, LNZ-BUS-08, DEC-49: 0 requests, if the filter lets the bit pass.
+    /// LNZ-BUS-08, DEC-49: a bit that the filter inhibits reads as inactive.
+    fn passes(&self, bit: u8) -> bool {
+        self.parameters.code(15_113) >> bit & 1 == 1
+    }
+
+    /// LNZ-BUS-07: 0 requests.
     fn requests(&self, word: &Word, bit: u8) -> bool {
-        let filter = self.parameters.code(15_113);
-        !word.bit(bit) && filter >> bit & 1 == 1
+        !word.bit(bit) && self.passes(bit)
+    }
+
+    fn is_used(&self, number: u32) -> bool {
+        self.parameters.sub(15_030, number) != 0
+    }
+
+    /// LNZ-IN-04: a faulty input is OFF, which is new at the moment it fails.
+    fn read_inputs(&mut self, input: &ModelInput) {
+        let now = self.now;
+        let parameters = &self.parameters;
+        let inputs =
+            self.inputs.get_or_insert_with(|| input.se.iter().map(|pair| Input::settled(*pair)).collect());
+        for (number, (one, levels)) in (1..).zip(inputs.iter_mut().zip(input.se)) {
+            if parameters.sub(15_030, number) != 0 {
+                one.step(parameters, number, levels, now);
+                if one.has_failed() {
+                    self.errors.entry(self::number::INPUT + number - 1).or_insert(Target::Sto);
+                }
+            }
+        }
+    }
+
+    fn is_on(&self, number: u32) -> bool {
+        let inputs = self.inputs.as_deref().unwrap_or_default();
+        inputs.get(number as usize - 1).is_some_and(|input| self.is_used(number) && input.is_on())
+    }
+
+    /// Functions of the bus and of the inputs (LNZ-IN-06, LNZ-IN-19, LNZ-OMS-11, LNZ-ES-02).
+    fn demands(&self, word: &Word) -> Demands {
+        let by_bus = (0..=8).filter(|bit| self.requests(word, *bit));
+        let mut demands = Demands {
+            functions: by_bus.fold(Word::ZERO, |all, bit| all.with(bit, true)),
+            emergency: self.requests(word, control::SSE),
+            special: word.bit(control::OMS) && self.passes(control::OMS),
+            enable: word.bit(control::ES) && self.passes(control::ES),
+        };
+        for number in (1..=4).filter(|number| self.is_used(*number)) {
+            let on = self.is_on(number);
+            match (self.parameters.sub(15_031, number), self.parameters.sub(15_032, number)) {
+                (0, function @ 0..=8) if !on => {
+                    demands.functions = demands.functions.with(function as u8, true)
+                }
+                (1, _) => demands.emergency |= !on,
+                (2, _) => demands.special |= self.selects_special(number, on),
+                (3, _) => demands.enable |= on,
+                _ => {}
+            }
+        }
+        demands
+    }
+
+    /// LNZ-OMS-17; LNZ-OMS-16: a faulty selector means normal operation.
+    fn selects_special(&self, number: u32, on: bool) -> bool {
+        let has_failed = self.errors.contains_key(&(self::number::INPUT + number - 1));
+        let at_low = self.parameters.code(15_202) == 1;
+        !has_failed && on != at_low
     }
 
     /// Error acknowledge and restart acknowledge (LNZ-ACK-01 to 06).
@@ -149,22 +168,31 @@ impl Lenze {
             self.ais.level = input.ais;
             self.aie.level = input.aie;
         }
-        let bus = (input.control.bit(control::PS_AIE), input.control.bit(control::PS_AIS));
+        let levels = self.acknowledge_levels(input);
+        let bus = (levels & 1 != 0, levels & 2 != 0);
         let before = self.bus_before.replace(bus).unwrap_or(bus);
         let error = self.aie.is_given(input.aie, self.now) || (bus.0 && !before.0);
         let restart = self.ais.is_given(input.ais, self.now) || (bus.1 && !before.1);
-        (u32::from(bus.0) | u32::from(bus.1) << 1, error, restart)
+        (levels, error, restart)
     }
 
     /// DEC-15.
     fn clear(&mut self) {
+        for (index, input) in self.inputs.iter_mut().flatten().enumerate() {
+            input.acknowledge();
+            if !input.has_failed() {
+                self.errors.remove(&(number::INPUT + index as u32));
+            }
+        }
         let state = self.stop.state();
-        let finished = |target: Target| match target {
+        let finished = |code: u32, target: Target| match target {
+            // A faulty input stands until it was seen right (LNZ-IN-15, LNZ-IN-17).
+            _ if (number::INPUT..number::INPUT + 4).contains(&code) => false,
             Target::Sto | Target::Ss1 => state == StopState::Sto,
             Target::Ss2 => state == StopState::Sto || state == StopState::Sos,
         };
-        let cleared: BTreeSet<u32> =
-            self.errors.iter().filter(|(_, target)| finished(**target)).map(|(code, _)| *code).collect();
+        let ended = self.errors.iter().filter(|(code, target)| finished(**code, **target));
+        let cleared: BTreeSet<u32> = ended.map(|(code, _)| *code).collect();
         self.errors.retain(|code, _| !cleared.contains(code));
         for (index, monitor) in self.speeds.iter_mut().enumerate() {
             let own = if index == 0 { number::SMS } else { number::SLS + index as u32 - 1 };
@@ -179,99 +207,107 @@ impl Lenze {
         }
     }
 
-    /// SMS and SLS (LNZ-SMS-01 to 07, LNZ-SLS-01 to 03).
-    fn watch_speed(&mut self, index: usize, requested: bool, speed: i64) -> Vec<(u32, Target)> {
-        let monitor = &mut self.speeds[index];
-        if !requested {
-            *monitor = SpeedMonitor::default();
-            return Vec::new();
+    /// Special operation; what it changes about the stop.
+    fn follow_special(&mut self, demands: &Demands, speed: i64) {
+        // 3 to 6 are SLS1 to SLS4 (LNZ-OMS-22).
+        let motion = self.parameters.code(15_201);
+        let limit = self.parameters.sub(15_330, (motion - 2).clamp(0, 4) as u32) * 1000;
+        let kept = motion == 11 || speed.abs() <= limit;
+        match self.special.step(demands.special, demands.enable, kept) {
+            Change::None => {}
+            // LNZ-OMS-14: running stopping times need not be waited for.
+            Change::Confirmed => self.stop.confirm(!self.errors.is_empty()),
+            // LNZ-OMS-12, LNZ-OMS-13
+            Change::Left => self.stop.demand_restart(),
         }
-        let since = *monitor.since.get_or_insert(self.now);
-        let sub = index as u32;
-        let (limit, delay, own, reaction) = if index == 0 {
-            (self.parameters.code(15_320), 0, number::SMS, self.parameters.reaction(15_321, 0))
-        } else {
-            let delay = self.parameters.sub(15_331, sub);
-            let reaction = self.parameters.reaction(15_332, sub);
-            (self.parameters.sub(15_330, sub), delay, number::SLS + sub - 1, reaction)
-        };
-        let too_fast = speed.abs() > limit * 1000;
-        let mut found = Vec::new();
-        if monitor.violated_at.is_none() && too_fast && self.now - since >= delay {
-            monitor.violated_at = Some(self.now);
-            found.push((own, reaction));
-        }
-        // LNZ-SMS-06: back within C15350, or STO; LNZ-SMS-07: not after STO.
-        let response = self.parameters.code(15_350);
-        let overdue = monitor.violated_at.is_some_and(|at| self.now - at >= response);
-        if overdue && too_fast && reaction != Target::Sto {
-            found.push((number::NOT_BACK, Target::Sto));
-        }
-        found
     }
 
-    /// SDI: 0 positive, 1 negative direction permitted (LNZ-SDI-01 to 09, DEC-49).
-    fn watch_direction(&mut self, index: usize, requested: bool, position: i64) -> Option<(u32, Target)> {
-        let monitor = &mut self.directions[index];
-        if !requested {
-            *monitor = DirectionMonitor::default();
-            return None;
+    /// Which stops are requested (LNZ-OMS-02, LNZ-OMS-07, LNZ-OMS-10, LNZ-SSE-01).
+    fn stop_requests(&self, demands: &Demands, differs: bool) -> stops::Requests {
+        let of_special = (!self.special.confirmed).then(|| self.parameters.reaction(15_200, 0));
+        let simple = |bit: u8, target: Target| match self.special.active {
+            true => of_special == Some(target),
+            false => demands.functions.bit(bit),
+        };
+        let emergency_is_ss1 = self.parameters.code(15_205) == 1;
+        stops::Requests {
+            sto: simple(control::STO, Target::Sto),
+            ss1: simple(control::SS1, Target::Ss1),
+            ss2: simple(control::SS2, Target::Ss2),
+            emergency_sto: (demands.emergency && !emergency_is_ss1) || differs,
+            emergency_ss1: demands.emergency && emergency_is_ss1,
         }
-        let since = *monitor.since.get_or_insert(self.now);
-        let delay = self.parameters.code(15_341);
-        if monitor.violated || self.now - since < delay {
-            return None;
-        }
-        let sign = if index == 0 { 1 } else { -1 };
-        let reached = position * sign;
-        let furthest = monitor.reference.map_or(reached, |reference| reference.max(reached));
-        monitor.reference = Some(furthest);
-        monitor.violated = furthest - reached > self.parameters.code(15_342);
-        monitor.violated.then(|| (number::SDI + index as u32, self.parameters.reaction(15_343, 0)))
     }
 
     /// Which monitors are requested: SMS and SLS, both directions.
-    fn wanted(&self, word: &Word) -> ([bool; 5], [bool; 2]) {
-        let sls = [control::SLS1, control::SLS2, control::SLS3, control::SLS4];
+    fn wanted(&self, demands: &Demands) -> ([bool; 5], [bool; 2]) {
         let mut speeds = [self.parameters.code(15_320) > 0, false, false, false, false];
         let mut directions = [false; 2];
-        for (index, bit) in sls.into_iter().enumerate() {
-            speeds[index + 1] = self.requests(word, bit);
+        for index in 0..4u8 {
+            let bit = control::SLS1 + index;
+            // LNZ-OMS-03: the motion function is monitored from the change on.
+            let by_special = self.special.active && self.parameters.code(15_201) == i64::from(bit);
+            let wanted = demands.functions.bit(bit) || by_special;
+            speeds[usize::from(index) + 1] = wanted;
             // LNZ-SLS-04: one request triggers both.
-            let with = self.parameters.sub(15_333, index as u32 + 1);
-            directions[0] |= speeds[index + 1] && with == 1;
-            directions[1] |= speeds[index + 1] && with == 2;
+            let with = self.parameters.sub(15_333, u32::from(index) + 1);
+            directions[0] |= wanted && with == 1;
+            directions[1] |= wanted && with == 2;
         }
-        let permanent = self.parameters.code(15_340);
-        directions[0] |= permanent == 1 || self.requests(word, control::SDIPOS);
-        directions[1] |= permanent == 2 || self.requests(word, control::SDINEG);
+        // LNZ-SDI-08: permanent in normal operation.
+        let permanent = if self.special.active { 0 } else { self.parameters.code(15_340) };
+        directions[0] |= permanent == 1 || demands.functions.bit(control::SDIPOS);
+        directions[1] |= permanent == 2 || demands.functions.bit(control::SDINEG);
         (speeds, directions)
     }
 
-    fn status(&self, word: &Word, speed: i64) -> Word {
+    /// SLI, from the confirmation on (LNZ-SLI-01, LNZ-SLI-02, LNZ-OMS-15).
+    fn watch_increments(&mut self, position: i64, confirmed_now: bool) -> Option<(u32, Target)> {
+        if confirmed_now {
+            self.moved_from = position;
+        }
+        let limit = self.parameters.code(15_203);
+        let watches = self.special.confirmed && limit > 0;
+        let moved = (position - self.moved_from).abs() > limit;
+        (watches && moved && !self.errors.contains_key(&number::SLI)).then_some((number::SLI, Target::Sto))
+    }
+
+    fn inputs_shown(&self) -> u32 {
+        (1..=4).fold(0, |all, number| all | u32::from(self.is_on(number)) << (number - 1))
+    }
+
+    fn status(&self, demands: &Demands, speed: i64) -> Word {
         let state = self.stop.state();
         let mut shown = Word::ZERO
             .with(status::STO_ACTIVE, state == StopState::Sto)
             .with(status::SS1_ACTIVE, self.stop.shows_ss1())
             .with(status::SS2_ACTIVE, self.stop.shows_ss2())
             .with(status::SOS_MONITORED, state == StopState::Sos)
-            .with(status::SSE_ACTIVE, self.requests(word, control::SSE))
+            .with(status::SSE_ACTIVE, demands.emergency)
+            .with(status::ES_ACTIVE, self.special.confirmed)
+            .with(status::OMS, demands.special)
+            .with(status::OMS_ACTIVE, self.special.active)
             .with(status::ERROR_ACTIVE, !self.errors.is_empty());
+        for number in 0..4 {
+            shown = shown.with(status::SD_IN1 + number, self.inputs_shown() >> number & 1 == 1);
+        }
         if state == StopState::Sto {
             return shown;
         }
+        let has_limit = self.parameters.code(15_203) > 0;
+        shown = shown.with(status::SLI_ACTIVE, self.special.confirmed && has_limit);
         for index in 1..5u8 {
             let monitor = &self.speeds[usize::from(index)];
             let limit = self.parameters.sub(15_330, index.into()) * 1000;
             let is_kept = speed.abs() <= limit && monitor.violated_at.is_none();
-            let active = monitor.since.is_some();
+            let active = monitor.since.is_some() && monitor.violated_at.is_none();
             shown = shown.with(status::SLS1_ACTIVE + index - 1, active);
             // LNZ-SLS-02: as soon as the speed is below the limit.
             shown = shown.with(status::SLS1_MONITORED + index - 1, active && is_kept);
         }
         for index in 0..2u8 {
             let monitor = &self.directions[usize::from(index)];
-            shown = shown.with(status::SDIPOS_ACTIVE + index, monitor.since.is_some());
+            shown = shown.with(status::SDIPOS_ACTIVE + index, monitor.since.is_some() && !monitor.violated);
             let monitored = monitor.reference.is_some() && !monitor.violated;
             shown = shown.with(status::SDIPOS_MONITORED + index, monitored);
         }
@@ -280,20 +316,17 @@ impl Lenze {
 }
 
 impl Channel for Lenze {
-    fn step(&mut self, input: &ModelInput, crosscheck_error: bool) -> ChannelView {
-        let (word, now) = (input.control, self.now);
-        let (position, speed) = (input.position, input.speed_mrpm);
-        let emergency = self.requests(&word, control::SSE);
-        let emergency_is_ss1 = self.parameters.code(15_205) == 1;
-        let requests = stops::Requests {
-            sto: self.requests(&word, control::STO) || (emergency && !emergency_is_ss1) || crosscheck_error,
-            ss1: self.requests(&word, control::SS1) || (emergency && emergency_is_ss1),
-            ss2: self.requests(&word, control::SS2),
-        };
+    fn step(&mut self, input: &ModelInput, differs: bool) -> ChannelView {
+        let (now, position, speed) = (self.now, input.position, input.speed_mrpm);
         let (acknowledge, error_edge, restart_edge) = self.acknowledges(input);
+        self.read_inputs(input);
         if error_edge {
             self.clear();
         }
+        let demands = self.demands(&input.control);
+        let confirmed_before = self.special.confirmed;
+        self.follow_special(&demands, speed);
+        let requests = self.stop_requests(&demands, differs);
         // LNZ-ACK-06: the error first, then the restart.
         let restart = restart_edge && !error_edge;
         self.stop.leave(requests, !self.errors.is_empty(), restart, position, &self.parameters);
@@ -303,37 +336,26 @@ impl Channel for Lenze {
         let stop_finding = self.stop.supervise(&self.parameters, now, position, speed, input.drive_n0);
         found.extend(stop_finding.map(|code| (code, Target::Sto)));
         if self.stop.state() != StopState::Sto {
-            let (speeds, directions) = self.wanted(&word);
+            let (speeds, directions) = self.wanted(&demands);
             for (index, wanted) in speeds.into_iter().enumerate() {
-                found.extend(self.watch_speed(index, wanted, speed));
+                found.extend(self.speeds[index].step(&self.parameters, index, wanted, now, speed));
             }
             for (index, wanted) in directions.into_iter().enumerate() {
-                found.extend(self.watch_direction(index, wanted, position));
+                found.extend(self.directions[index].step(&self.parameters, index, wanted, now, position));
             }
+            let confirmed_now = self.special.confirmed && !confirmed_before;
+            found.extend(self.watch_increments(position, confirmed_now));
         }
-        found.sort_by_key(|(_, target)| *target);
-        let before = self.stop.state();
-        for (code, target) in found {
-            self.errors.entry(code).or_insert(target);
-            self.stop.start(target, now, speed);
-        }
-        if self.stop.state() != before {
-            let late = self.stop.supervise(&self.parameters, now, position, speed, input.drive_n0);
-            if let Some(code) = late {
-                self.errors.insert(code, Target::Sto);
-                self.stop.start(Target::Sto, now, speed);
-            }
-        }
+        self.react(found, input);
         if self.stop.state() == StopState::Sto {
             self.speeds = Default::default();
             self.directions = Default::default();
         }
-        let functions = (0..=8).chain([23]);
-        let requested = functions.filter(|bit| self.requests(&word, *bit));
+        let terminals = u32::from(input.ais) << 4 | u32::from(input.aie) << 5;
         let view = ChannelView {
-            status: self.status(&word, speed),
-            requested: requested.fold(Word::ZERO, |all, bit| all.with(bit, true)),
-            inputs: 0,
+            status: self.status(&demands, speed),
+            requested: demands.functions.with(control::SSE, demands.emergency),
+            inputs: self.inputs_shown() | terminals,
             acknowledge,
             ready: self.stop.state() != StopState::Sto,
             stop: self.stop.state(),
@@ -341,5 +363,34 @@ impl Channel for Lenze {
         };
         self.now += 1;
         view
+    }
+
+    fn acknowledge_levels(&self, input: &ModelInput) -> u32 {
+        let given = |bit: u8| u32::from(input.control.bit(bit) && self.passes(bit));
+        given(control::PS_AIE) | given(control::PS_AIS) << 1
+    }
+
+    fn fork(&self) -> Box<dyn Channel> {
+        Box::new(self.clone())
+    }
+}
+
+impl Lenze {
+    /// DEC-13: the highest reaction first; what starts now is supervised from now on.
+    fn react(&mut self, mut found: Vec<(u32, Target)>, input: &ModelInput) {
+        let (now, speed) = (self.now, input.speed_mrpm);
+        found.sort_by_key(|(_, target)| *target);
+        let before = self.stop.state();
+        for (code, target) in found {
+            self.errors.entry(code).or_insert(target);
+            self.stop.start(target, now, speed, true);
+        }
+        if self.stop.state() != before {
+            let late = self.stop.supervise(&self.parameters, now, input.position, speed, input.drive_n0);
+            if let Some(code) = late {
+                self.errors.insert(code, Target::Sto);
+                self.stop.start(Target::Sto, now, speed, true);
+            }
+        }
     }
 }

@@ -3,7 +3,8 @@
 use crate::model::StopState;
 use crate::model::exact::Ratio;
 
-use super::{Parameters, number};
+use super::number;
+use super::parameters::Parameters;
 
 /// A stop that a request or a violation asks for, by priority (LNZ-PRIO-01, LNZ-PRIO-02).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -24,19 +25,29 @@ pub struct Braking {
     standing_since: Option<i64>,
 }
 
-/// The stop in force.
+/// How a stop is.
 #[derive(Debug, Clone, Copy)]
-pub enum Stop {
+pub enum State {
     /// None.
     None,
-    /// Torque off; whether SS1 led here.
-    Sto { after_ss1: bool },
+    /// Torque off; whether SS1 led here, and whether the request of an SS1 that has run holds it.
+    Sto { after_ss1: bool, held: bool },
     /// SS1 brakes.
     Ss1(Braking),
     /// SS2 brakes.
     Ss2(Braking),
     /// Position held.
     Sos(i64),
+}
+
+/// The stop in force.
+#[derive(Debug, Clone, Copy)]
+pub struct Stop {
+    state: State,
+    /// An emergency stop or an error is behind it: ES does not end it (LNZ-OMS-10).
+    hard: bool,
+    /// Only AIS ends it, whatever C15300 says (LNZ-OMS-12).
+    needs_restart: bool,
 }
 
 /// Requested stops.
@@ -48,28 +59,57 @@ pub struct Requests {
     pub ss1: bool,
     /// SS2.
     pub ss2: bool,
+    /// STO by emergency stop or crosscheck.
+    pub emergency_sto: bool,
+    /// SS1 by emergency stop.
+    pub emergency_ss1: bool,
+}
+
+impl Requests {
+    fn asks_for_sto(&self) -> bool {
+        self.sto || self.emergency_sto
+    }
+
+    fn asks_for_ss1(&self) -> bool {
+        self.ss1 || self.emergency_ss1
+    }
 }
 
 impl Stop {
+    /// No stop.
+    pub const NONE: Self = Self { state: State::None, hard: false, needs_restart: false };
+
     /// As crosscheck sees it.
     pub fn state(&self) -> StopState {
-        match self {
-            Self::None => StopState::None,
-            Self::Sto { .. } => StopState::Sto,
-            Self::Ss1(_) => StopState::Ss1,
-            Self::Ss2(_) => StopState::Ss2,
-            Self::Sos(_) => StopState::Sos,
+        match self.state {
+            State::None => StopState::None,
+            State::Sto { .. } => StopState::Sto,
+            State::Ss1(_) => StopState::Ss1,
+            State::Ss2(_) => StopState::Ss2,
+            State::Sos(_) => StopState::Sos,
         }
     }
 
     /// LNZ-SS1-11: at the end the STO bit is set in addition.
     pub fn shows_ss1(&self) -> bool {
-        matches!(self, Self::Ss1(_) | Self::Sto { after_ss1: true })
+        matches!(self.state, State::Ss1(_) | State::Sto { after_ss1: true, .. })
     }
 
     /// LNZ-SOS-06: at the end the SOS bit is set in addition.
     pub fn shows_ss2(&self) -> bool {
-        matches!(self, Self::Ss2(_) | Self::Sos(_))
+        matches!(self.state, State::Ss2(_) | State::Sos(_))
+    }
+
+    /// LNZ-OMS-10, LNZ-OMS-14: ES ends simple stops at once, not what is hard.
+    pub fn confirm(&mut self, error: bool) {
+        if !error && !self.hard {
+            *self = Self::NONE;
+        }
+    }
+
+    /// LNZ-OMS-13: nothing restarts by itself on the way back.
+    pub fn demand_restart(&mut self) {
+        self.needs_restart = !matches!(self.state, State::None);
     }
 
     /// DEC-12, LNZ-RST-01; LNZ-PRIO-04, LNZ-SOS-04: from STO straight to a standing SS2's SOS.
@@ -81,35 +121,52 @@ impl Stop {
         position: i64,
         parameters: &Parameters,
     ) {
-        let (held, sub) = match self {
-            Self::Sto { .. } => (requests.sto || requests.ss1, 1),
-            Self::Sos(_) => (requests.ss2, 2),
+        let (held, sub) = match &mut self.state {
+            // DEC-11: an SS1 that has run stands; DEC-13: another one begins now.
+            State::Sto { held, .. } => {
+                *held &= requests.asks_for_ss1();
+                (requests.asks_for_sto() || *held, 1)
+            }
+            State::Sos(_) => (requests.ss2, 2),
             _ => return,
         };
-        let automatic = parameters.sub(15_300, sub) == 1;
+        let automatic = parameters.sub(15_300, sub) == 1 && !self.needs_restart;
         if held || error || !(automatic || restart) {
             return;
         }
-        let to_sos = matches!(self, Self::Sto { .. }) && requests.ss2;
-        *self = if to_sos { Self::Sos(position) } else { Self::None };
+        let to_sos = self.state() == StopState::Sto && requests.ss2 && !requests.asks_for_ss1();
+        *self = Self::NONE;
+        if to_sos {
+            self.state = State::Sos(position);
+        }
     }
 
     /// By priority.
     pub fn request(&mut self, requests: Requests, now: i64, speed: i64) {
-        let rows = [(requests.sto, Target::Sto), (requests.ss1, Target::Ss1), (requests.ss2, Target::Ss2)];
-        for (_, target) in rows.into_iter().filter(|row| row.0) {
-            self.start(target, now, speed);
+        let rows = [
+            (requests.emergency_sto, Target::Sto, true),
+            (requests.sto, Target::Sto, false),
+            (requests.emergency_ss1, Target::Ss1, true),
+            (requests.ss1, Target::Ss1, false),
+            (requests.ss2, Target::Ss2, false),
+        ];
+        for (_, target, hard) in rows.into_iter().filter(|row| row.0) {
+            self.start(target, now, speed, hard);
         }
     }
 
     /// Starts a stop unless the same or a higher one is in force (DEC-13).
-    pub fn start(&mut self, target: Target, now: i64, speed: i64) {
+    pub fn start(&mut self, target: Target, now: i64, speed: i64, hard: bool) {
         let braking = Braking { started: now, latched: speed, standing_since: None };
-        match (target, &*self) {
-            (Target::Sto, Self::Sto { .. }) | (Target::Ss1, Self::Ss1(_)) | (_, Self::Sto { .. }) => {}
-            (Target::Sto, _) => *self = Self::Sto { after_ss1: false },
-            (Target::Ss1, _) => *self = Self::Ss1(braking),
-            (Target::Ss2, Self::None) => *self = Self::Ss2(braking),
+        self.hard |= hard;
+        match (target, &self.state) {
+            (Target::Sto, State::Sto { .. }) | (Target::Ss1, State::Ss1(_)) | (_, State::Sto { .. }) => {}
+            (Target::Sto, state) => {
+                let held = matches!(state, State::Ss1(_));
+                self.state = State::Sto { after_ss1: false, held };
+            }
+            (Target::Ss1, _) => self.state = State::Ss1(braking),
+            (Target::Ss2, State::None) => self.state = State::Ss2(braking),
             (Target::Ss2, _) => {}
         }
     }
@@ -123,23 +180,24 @@ impl Stop {
         speed: i64,
         drive_n0: bool,
     ) -> Option<u32> {
-        match self {
-            Self::None | Self::Sto { .. } => None,
-            Self::Sos(reference) => {
+        match &mut self.state {
+            State::None | State::Sto { .. } => None,
+            State::Sos(reference) => {
                 let left = (position - *reference).abs() > p.code(15_311);
                 left.then_some(number::SOS)
             }
-            Self::Ss1(braking) => {
+            State::Ss1(braking) => {
                 let outcome = braking.step(p, now, speed, drive_n0, p.code(15_306) == 1, p.code(15_307));
                 if outcome != Outcome::Brakes {
-                    *self = Self::Sto { after_ss1: true };
+                    // LNZ-SS1-11: the bit of an SS1 that ended as it should.
+                    self.state = State::Sto { after_ss1: outcome == Outcome::Done, held: true };
                 }
                 outcome.error()
             }
-            Self::Ss2(braking) => {
+            State::Ss2(braking) => {
                 let outcome = braking.step(p, now, speed, drive_n0, p.code(15_308) == 1, 0);
                 if outcome == Outcome::Done {
-                    *self = Self::Sos(position);
+                    self.state = State::Sos(position);
                 }
                 outcome.error()
             }
