@@ -103,6 +103,7 @@ impl Set {
         };
         for role in Role::ALL {
             started.spawn(role)?;
+            raise_interrupts();
         }
         Ok(started)
     }
@@ -251,6 +252,23 @@ impl Drop for Set {
         self.machine = None;
         self.domain = None;
         let _ = self.place.wipe();
+    }
+}
+
+/// The threads of interrupts above the set, as on a machine whose safe inputs are GPIO lines:
+/// while such a thread waits its interrupt is masked, and gpio-sim loses the next edge.
+fn raise_interrupts() {
+    let parameter = libc::sched_param { sched_priority: 90 };
+    for entry in fs::read_dir("/proc").into_iter().flatten().flatten() {
+        let Some(pid) = entry.file_name().to_string_lossy().parse::<libc::pid_t>().ok() else { continue };
+        let name = fs::read_to_string(entry.path().join("comm")).unwrap_or_default();
+        if name.starts_with("irq") {
+            // SAFETY: the parameter lives over the call.
+            let result = unsafe { libc::sched_setscheduler(pid, libc::SCHED_FIFO, &raw const parameter) };
+            if result != 0 {
+                crate::Verdict::note(format!("{}: keeps its priority", name.trim()));
+            }
+        }
     }
 }
 
