@@ -45,7 +45,8 @@ fn library() -> PathBuf {
     let mut hashed: Vec<PathBuf> = candidates
         .filter(|path| {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            name.starts_with("libsafepair") && name.ends_with(".a")
+            let archive = path.extension().is_some_and(|ending| ending == "a");
+            name.starts_with("libsafepair") & archive
         })
         .chain(up.is_file().then_some(up))
         .collect();
