@@ -4,7 +4,8 @@ use crate::layout;
 
 layout! {
     /// A diagnosis code. AMK: `code/info1/info2/info3` with 0 for an empty field; other
-    /// profiles use `code` alone (Lenze message number, ATV SME number, ETG none).
+    /// profiles use `code` alone (Lenze message number, ATV SME number, ETG
+    /// `function << 16 | instance << 8 | E`, E the row of the function's error table).
     /// The order is the order in which lists are shown.
     #[derive(PartialOrd, Ord, Hash)]
     pub struct ErrorCode {
