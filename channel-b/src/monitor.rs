@@ -179,6 +179,8 @@ impl Monitor {
             is_first: self.is_first,
             is_settled,
             in_sto: self.plan.stops.in_sto() & !is_settled,
+            rests: self.plan.stops.rests(now_ns),
+            held: self.plan.stops.held(),
             motion: &cells.motion,
             now: now_ns,
         };
@@ -195,6 +197,7 @@ impl Monitor {
             self.plan.logic.restart();
         }
         self.functions(&requested, &cells, restart | starts, now_ns);
+        let requested = self.plan.logic.settle(requested);
         self.plan.logic.watch(&asked, &requested, &self.plan.stops, &mut self.ledger);
         self.react(&requested, &cells, now_ns);
         let report = self.compare(inputs, &cells, &requested, now_ns);

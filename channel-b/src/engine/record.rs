@@ -193,10 +193,12 @@ impl Values {
             return verdict;
         }
         let past = self.elapsed.saturating_sub(spec.approach.delay_ns);
+        let line = Line::new(&spec.approach, self.speed, past.max(0), &spec.window);
         if past < 0 {
-            return Verdict { phase: Phase::Delay, breach: None };
+            let breach = || line.breach(&spec.approach, motion.speed);
+            let is_watched = spec.approach.watch_start;
+            return Verdict { phase: Phase::Delay, breach: is_watched.then(breach).flatten() };
         }
-        let line = Line::new(&spec.approach, self.speed, past, &spec.window);
         if line.is_met(&spec.approach) {
             if spec.approach.line_ends {
                 return self.landing(spec, motion);

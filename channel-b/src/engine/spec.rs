@@ -117,6 +117,8 @@ pub struct Approach {
     pub line_ends: bool,
     /// The line itself is watched, or only its end.
     pub watch_line: bool,
+    /// The start of the line is watched during the delay (LNZ-RAMP-05).
+    pub watch_start: bool,
     /// The approach ends this long after the start at the latest, ns; 0: never by time.
     pub timeout_ns: i64,
     /// A timeout with the speed outside the window is a violation.
@@ -137,6 +139,7 @@ impl Approach {
         falls_to_zero: false,
         line_ends: true,
         watch_line: true,
+        watch_start: false,
         timeout_ns: 0,
         timeout_strict: false,
         dwell_ns: -1,

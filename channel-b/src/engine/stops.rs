@@ -126,6 +126,17 @@ impl Stops {
         self.active.as_ref().map(|(place, _)| *place)
     }
 
+    /// The STO of a finished stop has its least time still before it (DEC-48).
+    pub fn rests(&self, now: u64) -> bool {
+        let age = self.entered.get_time().map(|entered| now.saturating_sub(entered));
+        self.in_sto() & (self.origin() != 0) & age.is_none_or(|age| age < self.sto_least_ns)
+    }
+
+    /// Bit mask of the stops whose request holds STO while it stands.
+    pub fn held(&self) -> u16 {
+        self.held.get().map_or(u16::MAX, |held| held as u16)
+    }
+
     /// Bit mask of the stop that ended in the present STO.
     pub fn origin(&self) -> i64 {
         self.origin.get().unwrap_or(0)

@@ -174,6 +174,59 @@ fn types_3_and_6_stop_from_above_the_threshold() {
     }
 }
 
+/// ATV-SS1-11, DEC-48, DEC-14: an SS1 that is complete in the cycle in which SLS finds standstill
+/// rests its 100 ms.
+#[test]
+fn ss1_beside_the_standstill_of_sls_rests_all_the_same() {
+    let mut rig = sls(1);
+    rig.step();
+    rig.world.word = with(control::SLS) | with(control::SS1);
+    let begin = rig.cycle;
+    assert_eq!(rig.step().report.stop, Stop::Sto);
+    let drive = move |cycle: u64, world: &mut World| {
+        if cycle == begin + 79 {
+            world.word = PERMIT;
+        }
+    };
+    let left = rig.until(drive, |o| o.report.stop == Stop::None);
+    assert_eq!(left.map(|at| at - begin), Some(100));
+}
+
+/// ATV-SS1-12, ATV-SLST6-01, DEC-14: SLS did not ask for the SS1 that ended here, so it holds
+/// nothing; it begins when STO is left, and from above its threshold it stops anew.
+#[test]
+fn sls_beside_a_finished_ss1_begins_when_sto_is_left() {
+    let mut rig = sls(6);
+    rig.step();
+    rig.world.word = with(control::SLS) | with(control::SS1);
+    assert_eq!(rig.step().report.stop, Stop::Sto);
+    rig.world.speed = 40 * HZ;
+    for _ in 0..200 {
+        assert_eq!(rig.step().report.stop, Stop::Sto);
+    }
+    rig.world.word = with(control::SLS);
+    let begins = rig.step();
+    assert_eq!((begins.report.stop, bit(&begins, shown::SS1)), (Stop::Ss1, true));
+}
+
+/// ATV-SS1-12: SLS that asked for the SS1 holds its STO, beside the request of SS1 or without it.
+#[test]
+fn sls_holds_the_sto_of_the_ss1_it_asked_for() {
+    let mut rig = sls(3);
+    rig.world.speed = 40 * HZ;
+    rig.step();
+    rig.world.word = with(control::SLS) | with(control::SS1);
+    assert_eq!(rig.step().report.stop, Stop::Ss1);
+    rig.world.speed = 0;
+    assert_eq!(rig.step().report.stop, Stop::Sto);
+    rig.world.word = with(control::SLS);
+    for _ in 0..200 {
+        assert_eq!(rig.step().report.stop, Stop::Sto);
+    }
+    rig.world.word = PERMIT;
+    assert_eq!(rig.step().report.stop, Stop::None);
+}
+
 /// ATV-SLST4-01, ATV-SLST4-02, ATV-SLST5-03.
 #[test]
 fn types_4_and_5_permit_both_directions() {

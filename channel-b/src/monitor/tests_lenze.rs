@@ -80,6 +80,53 @@ fn the_ramp_falls_from_its_start_value_after_its_delay() {
     assert_eq!(run(&mut set(&rows), without(control::SS1), over), (Some(700), vec![110]));
 }
 
+/// LNZ-RAMP-03, LNZ-RAMP-05, LNZ-EX-08: the start value is held for 10 to 30 % of the stopping time
+/// and must not be exceeded meanwhile.
+#[test]
+fn the_start_of_the_ramp_is_watched_during_its_delay() {
+    for (share, delay) in [(0, 100), (50, 200), (100, 300)] {
+        let rows = [(15_305, 0, 1000), (15_310, 0, 20), (15_315, 0, 1), (15_316, 0, share), (15_317, 0, 10)];
+        let over = |e: i64| if e == 0 { -1_000_000 } else { -1_100_000 - i64::from(e == 79) };
+        assert_eq!(run(&mut set(&rows), without(control::SS1), over), (Some(79), vec![110]));
+        // Held up to the end of the delay; one cycle later the line has fallen.
+        let kept = |e: i64| if e == 0 { 1_000_000 } else { 1_100_000 };
+        assert_eq!(run(&mut set(&rows), without(control::SS1), kept), (Some(delay + 1), vec![110]));
+    }
+    let rows = [(15_305, 0, 1000), (15_310, 0, 20), (15_315, 0, 1)];
+    let offset = |e: i64| if e == 0 { 1_000_000 } else { 1_020_000 + i64::from(e == 50) };
+    assert_eq!(run(&mut set(&rows), without(control::SS1), offset), (Some(50), vec![110]));
+}
+
+/// DEC-14: STO by 97 in the very cycle in which the response time would end.
+#[test]
+fn no_response_time_runs_in_sto() {
+    let rows = [(15_320, 0, 1000), (15_321, 0, 1), (15_350, 0, 80), (15_305, 0, 80), (15_310, 0, 10)];
+    let mut rig = set(&rows);
+    rig.step();
+    rig.world.speed = 1_000_001;
+    rig.until(|_, _| (), |o| o.report.stop == Stop::Sto);
+    assert_eq!(rig.last[1].as_ref().map(numbers), Some(vec![97, 105]));
+    for _ in 0..100 {
+        assert_eq!(numbers(&rig.step()), [97, 105]);
+    }
+}
+
+/// LNZ-OMS-06, LNZ-OMS-10, LNZ-ES-04: the edge confirms in the cycle in which SOS is left too; the
+/// error stop stands all the same.
+#[test]
+fn an_error_stop_does_not_refuse_the_enable_switch() {
+    let rows = [(15_200, 0, 2), (15_201, 0, 11), (15_305, 0, 100), (15_310, 0, 10), (15_308, 0, 1)];
+    let mut rig = set(&rows);
+    rig.step();
+    rig.world.word = NEUTRAL | 1 << control::OMS;
+    assert_eq!(rig.step().report.stop, Stop::Sos);
+    rig.world.position = 2;
+    assert_eq!(numbers(&rig.step()), [106]);
+    rig.world.word |= 1 << control::ES;
+    let confirmed = rig.step();
+    assert_eq!((confirmed.report.stop, bit(&confirmed, shown::ES_ACTIVE)), (Stop::Sto, true));
+}
+
 /// LNZ-SS2-02, LNZ-SOS-03, LNZ-SOS-05.
 #[test]
 fn ss2_stores_the_position_at_standstill_and_watches_only_it() {

@@ -24,6 +24,7 @@ mod asked {
     pub const SLS: u8 = 66;
     pub const SMS_1: u8 = 67;
     pub const SMS_2: u8 = 68;
+    pub const SLS_SS1: u8 = 69;
 }
 
 /// SME numbers.
@@ -56,6 +57,8 @@ const KNOWN: u32 = 1 << control::STO
     | 1 << control::SMS_SWITCH;
 /// The STO of a finished stop is held so long (ATV-SS1-11, DEC-48).
 const RELEASE_NS: u64 = 100_000_000;
+/// Place of the stop that SS1 itself asks for.
+const HELD_BY_SS1: u16 = 1;
 /// Ramp violations of SS1 after which only a restart helps (ATV-SS1-09).
 const VIOLATIONS_MAX: u32 = 5;
 
@@ -110,7 +113,11 @@ pub fn build(image: &Image<'_>) -> Plan {
     plan.speed_difference = motor.limit(sc(4));
     set_encoder(&mut plan, &sc, motor);
     plan.stops.hold_sto(RELEASE_NS);
-    plan.stops.add(ss1(&sc, motor));
+    // The same stop for each of its requests: which of them holds STO afterwards is its own
+    // affair (ATV-SS1-12).
+    for control in [asked::SS1, asked::SLS_SS1] {
+        plan.stops.add(ss1(control, &sc, motor));
+    }
     add_sls(&mut plan, &sc, motor);
     add_sms(&mut plan, &sc, motor);
     plan.logic = super::Logic::Atv(Logic::new(&sc, motor));
@@ -150,7 +157,7 @@ fn set_encoder(plan: &mut Plan, sc: &dyn Fn(u32) -> i64, motor: Motor) {
 }
 
 /// ATV-SS1-06, ATV-SS1-07, ATV-SS1-10.
-fn ss1(sc: &dyn Fn(u32) -> i64, motor: Motor) -> Stop {
+fn ss1(control: u8, sc: &dyn Fn(u32) -> i64, motor: Motor) -> Stop {
     let approach = Approach {
         delay_ns: sc(34).saturating_mul(MS_NS),
         slope: motor.slope(sc(31)),
@@ -161,7 +168,7 @@ fn ss1(sc: &dyn Fn(u32) -> i64, motor: Motor) -> Stop {
     };
     let spec = Spec {
         id: sme::SS1_RAMP,
-        control: asked::SS1,
+        control,
         status: status::SS1,
         approach,
         window: Range::around_zero(Quantity::Speed, motor.limit(sc(33))),
@@ -314,7 +321,9 @@ impl Logic {
         }
         // DEC-14: nothing is evaluated in STO; what leads to a stop counts from the cycle in
         // which nothing else holds STO.
-        let is_held = !has(control::STO) | ledger.has_error();
+        let is_kept = asked.rests | (ss1 & self.has_ss1 & (asked.held & HELD_BY_SS1 != 0));
+        let is_held = !has(control::STO) | ledger.has_error() | (asked.in_sto & is_kept);
+        let stood = self.stands();
         self.limit(sls & self.has_sls, is_held, asked);
         self.second = (self.mode == 2) & switch;
         let is_maintained = (self.mode == 3) & switch;
@@ -325,13 +334,19 @@ impl Logic {
             (control::SS1, ss1),
             (control::SLS, sls),
             (control::SMS_SWITCH, switch),
-            (asked::STO, !has(control::STO) | self.stands()),
-            (asked::SS1, (ss1 & self.has_ss1) | self.stops()),
+            (asked::STO, !has(control::STO) | (stood & self.stands())),
+            (asked::SS1, ss1 & self.has_ss1),
+            (asked::SLS_SS1, self.stops()),
             (asked::SLS, is_monitored),
             (asked::SMS_1, first),
             (asked::SMS_2, self.second),
         ];
         requested.iter().fold(Word::ZERO, |word, (bit, value)| word.with(*bit, *value))
+    }
+
+    /// Below the standstill level: STO like a violation, after the stops of the cycle have begun.
+    pub const fn settle(&self, requested: Word) -> Word {
+        if self.stands() { requested.with(asked::STO, true) } else { requested }
     }
 
     /// One cycle of SLS. In STO it begins anew every cycle (DEC-14), unless it led there.
@@ -352,8 +367,8 @@ impl Logic {
     }
 
     /// The SLS standstill level has led to STO.
-    fn stands(&self) -> bool {
-        self.leads & (self.limited == Limited::Standing)
+    const fn stands(&self) -> bool {
+        self.leads & matches!(self.limited, Limited::Standing)
     }
 
     /// SLS has begun an SS1.

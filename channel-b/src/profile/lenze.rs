@@ -127,6 +127,7 @@ fn braking(code: &dyn Fn(u32) -> i64, dwell_ns: i64) -> Approach {
         slope: Slope { num: 1, den: time.saturating_sub(delay_ns).max(1) },
         falls_to_zero: true,
         watch_line: true,
+        watch_start: true,
         offset,
         offset_permille: code(15_317).saturating_mul(10),
         ..base
@@ -381,12 +382,12 @@ impl Logic {
                 es = is_on;
             }
         }
-        self.operate(oms, es, bank, ledger, asked.is_settled);
+        self.operate(oms, es, bank, asked.is_settled);
         self.resolve(word)
     }
 
     /// State 1, 2, 3 of special operation (LNZ-OMS-04 to 12).
-    fn operate(&mut self, oms: bool, es: bool, bank: &Bank, ledger: &Ledger, is_settled: bool) {
+    fn operate(&mut self, oms: bool, es: bool, bank: &Bank, is_settled: bool) {
         // LNZ-ES-03: the edge confirms; a level that was there before does not.
         let edge = es & !self.es_before & !is_settled;
         self.es_before = es;
@@ -396,7 +397,7 @@ impl Logic {
             Operation::Normal if oms => Operation::Special,
             Operation::Normal => Operation::Normal,
             Operation::Special if !oms => Operation::Normal,
-            Operation::Special if edge & self.may_confirm(bank, ledger) => Operation::Confirmed,
+            Operation::Special if edge & self.may_confirm(bank) => Operation::Confirmed,
             Operation::Confirmed if es => Operation::Confirmed,
             Operation::Special | Operation::Confirmed => Operation::Special,
         };
@@ -409,13 +410,15 @@ impl Logic {
         self.operation = next;
     }
 
-    /// LNZ-OMS-22, LNZ-OMS-10: a limited speed must be kept, no error or emergency stop stands.
-    fn may_confirm(&self, bank: &Bank, ledger: &Ledger) -> bool {
+    /// LNZ-OMS-22: a limited speed must be kept. LNZ-OMS-08: an emergency stop is a state of its
+    /// own, which the edge does not leave. A standing error does not refuse it: the error stop runs
+    /// whatever the enable switch says (LNZ-OMS-10).
+    fn may_confirm(&self, bank: &Bank) -> bool {
         let number = self.motion.saturating_sub(3);
         let is_free = !(0..4).contains(&number);
         let shown = status::SLS1_MONITORED.saturating_add(number.clamp(0, 3) as u8);
         let is_kept = is_free || bank.is_active(shown);
-        is_kept & !ledger.has_error() & !self.emergency
+        is_kept & !self.emergency
     }
 
     /// What stops and monitoring functions see.
@@ -490,7 +493,12 @@ impl Logic {
     }
 
     /// A violated limit must be kept again within C15350, otherwise STO (LNZ-SMS-06).
-    pub fn watch(&mut self, asked: &Asked<'_>, ledger: &mut Ledger) {
+    /// DEC-14: not in STO.
+    pub fn watch(&mut self, asked: &Asked<'_>, in_sto: bool, ledger: &mut Ledger) {
+        if in_sto {
+            self.responses = [Response::default(); 5];
+            return;
+        }
         let speed = asked.motion.speed.saturating_abs();
         let mut is_late = false;
         for ((at, response), limit) in (0_u32..).zip(&mut self.responses).zip(self.limits) {

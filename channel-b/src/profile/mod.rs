@@ -140,6 +140,10 @@ pub struct Asked<'a> {
     pub motion: &'a Motion,
     /// Torque was off in the cycle before.
     pub in_sto: bool,
+    /// The STO of a finished stop has its least time still before it (DEC-48).
+    pub rests: bool,
+    /// Bit n: while the request of stop n stands, STO stands.
+    pub held: u16,
     /// Own clock, ns.
     pub now: u64,
 }
@@ -287,6 +291,15 @@ impl Logic {
         }
     }
 
+    /// Requests that monitoring adds once the stops of this cycle have begun: like a violation
+    /// they abort what has begun in the same cycle.
+    pub fn settle(&mut self, requested: Word) -> Word {
+        match self {
+            Self::Atv(logic) => logic.settle(requested),
+            _ => requested,
+        }
+    }
+
     /// What a violation is called.
     pub fn code(&self, spec: &Spec, breach: Breach, _phase: Phase, reaction: Reaction) -> ErrorCode {
         match self {
@@ -389,7 +402,7 @@ impl Logic {
         match self {
             Self::Amk(logic) => logic.watch(asked, ledger),
             Self::Etg(logic) => logic.watch(asked, requested, stops, ledger),
-            Self::Lenze(logic) => logic.watch(asked, ledger),
+            Self::Lenze(logic) => logic.watch(asked, stops.in_sto(), ledger),
             Self::Atv(logic) => logic.watch(ledger),
             Self::None => {}
         }
