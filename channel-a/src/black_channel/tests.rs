@@ -70,10 +70,13 @@ fn a_frame_of_another_length_is_refused() {
     assert_eq!(refused(&mut profisafe(), 7), fault(8, 7));
 }
 
-/// Design 9: report A carries the session id.
+/// Design 9: report A carries the id of the present session; 0 before the first one.
 #[test]
 fn the_session_id_is_reported() {
-    assert_eq!(fsoe().session_id(), 0x0102);
+    let mut slave = fsoe();
+    assert_eq!(slave.session_id(), 0);
+    slave.frame(&[0x4E, 0xEF, 0xBE, 0x27, 0x5E, 0, 0], None, 0).unwrap();
+    assert_eq!(slave.session_id(), 0x0102);
     assert_eq!(profisafe().session_id(), 0);
 }
 

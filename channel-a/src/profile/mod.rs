@@ -5,11 +5,8 @@ mod amk;
 mod amk_rules;
 mod atv;
 mod atv_sls;
-mod contacts;
 mod etg;
-mod etg_codes;
 mod lenze;
-mod pulse;
 mod sem;
 mod telegram;
 
@@ -308,8 +305,8 @@ impl Rules {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(_) => amk::watch_code(plan, violation),
-            Self::Etg(_) => etg_codes::watch_code(plan, violation),
-            Self::Lenze(_) => lenze::watch_code(plan, violation),
+            Self::Etg(_) => etg::codes::watch_code(plan, violation),
+            Self::Lenze(_) => lenze::codes::watch_code(plan, violation),
             Self::Atv(_) => atv::watch_code(violation),
         }
     }
@@ -319,8 +316,8 @@ impl Rules {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(_) => amk::stop_code(violation),
-            Self::Etg(_) => etg_codes::stop_code(violation),
-            Self::Lenze(_) => lenze::stop_code(violation),
+            Self::Etg(_) => etg::codes::stop_code(violation),
+            Self::Lenze(_) => lenze::codes::stop_code(violation),
             Self::Atv(atv) => atv.stop_code(),
         }
     }
@@ -330,7 +327,7 @@ impl Rules {
         match self {
             Self::Refused => (ErrorCode::default(), Class::Restart),
             Self::Amk(amk) => amk.fault_code(fault),
-            Self::Etg(_) => etg_codes::fault_code(fault),
+            Self::Etg(_) => etg::codes::fault_code(fault),
             Self::Lenze(lenze) => lenze.fault_code(fault),
             Self::Atv(atv) => atv.fault_code(fault),
         }
@@ -364,8 +361,8 @@ impl Rules {
         match self {
             Self::Refused => {}
             Self::Amk(_) => amk::difference_codes(found, raise),
-            Self::Etg(_) => etg_codes::difference_codes(found, raise),
-            Self::Lenze(_) => lenze::difference_codes(found, raise),
+            Self::Etg(_) => etg::codes::difference_codes(found, raise),
+            Self::Lenze(_) => lenze::codes::difference_codes(found, raise),
             Self::Atv(_) => atv::difference_codes(found, raise),
         }
     }

@@ -4,7 +4,7 @@
 use shm_schema::error::ErrorCode;
 use shm_schema::facts::etg;
 
-use super::Fault;
+use super::super::Fault;
 use crate::engine::stop::{self, Reaction};
 use crate::engine::watch::{Part, Plan, Quantity, Violation};
 use crate::errors::Class;
