@@ -10,6 +10,8 @@ const PLACES: usize = 24;
 pub enum Class {
     /// A violated limit: acknowledged once its reaction has reached its end state.
     Limit,
+    /// An own safe output does not follow: it goes off, and that is all (LNZ-OUT-03).
+    Output,
     /// A violated limit without reaction of its own: acknowledged at any time.
     Notice,
     /// Acknowledged once its cause is gone; torque off until then.
@@ -83,7 +85,7 @@ impl Errors {
         for place in &mut self.entries {
             let stays = place.is_some_and(|entry| match entry.class {
                 Class::Limit => !settled,
-                Class::Cause | Class::Flaw | Class::StandingWarning => entry.fresh,
+                Class::Cause | Class::Flaw | Class::Output | Class::StandingWarning => entry.fresh,
                 Class::Restart | Class::Parameter => true,
                 Class::Notice | Class::Warning => false,
             });
@@ -116,6 +118,11 @@ impl Errors {
     /// An error stands that takes the torque away by itself.
     pub fn removes_torque(&self) -> bool {
         self.any(|class| matches!(class, Class::Cause | Class::Restart | Class::Parameter))
+    }
+
+    /// An error of an own safe output stands.
+    pub fn of_outputs(&self) -> bool {
+        self.any(|class| class == Class::Output)
     }
 
     /// For the report.

@@ -26,6 +26,8 @@ const DRIVE_MOVED: i64 = 1_024;
 /// Identical samples that are one too many.
 const FROZEN_SAMPLES: u8 = 2;
 const TURN: i64 = 65_536;
+/// The encoder turns with the motor.
+pub const NO_GEAR: i64 = 100;
 /// Bits of the angle inside one quadrant.
 const QUADRANT_BITS: u32 = 14;
 /// Most samples that a movement is continued over.
@@ -59,6 +61,8 @@ pub struct Selection {
     pub periods: i64,
     /// It counts against the direction of the motor (C15409, SC07; SC03 without encoder).
     pub inverted: bool,
+    /// Turns of the motor in a hundred of the encoder (C15501).
+    pub gear: i64,
 }
 
 /// Position and speed.
@@ -100,6 +104,8 @@ struct Scale {
     /// Units of one revolution.
     revolution: i64,
     window: u8,
+    /// Turns of the motor in a hundred of the encoder.
+    gear: i64,
 }
 
 impl Evaluation {
@@ -171,8 +177,11 @@ impl Evaluation {
 
     fn scale(&self, kind: SlotKind) -> Option<Scale> {
         let periods = self.selection.periods.max(1);
-        let angle =
-            |window: u8| Scale { increments: 1, periods, revolution: periods.wrapping_mul(TURN), window };
+        let gear = self.selection.gear.max(1);
+        let angle = |window: u8| {
+            let revolution = periods.wrapping_mul(TURN);
+            Scale { increments: 1, periods, revolution, window, gear }
+        };
         match kind {
             SlotKind::SineCosine => Some(angle(WINDOW_SINE)),
             SlotKind::Resolver => Some(angle(WINDOW_ANGLE)),
@@ -239,8 +248,9 @@ impl Evaluation {
         let measured = sample.timestamp_ns.wrapping_sub(from.timestamp_ns);
         let elapsed_ns = if stated == 0 { measured } else { stated };
         let moved = fine.wrapping_sub(from.fine);
-        // 60,000 (1/1000 rpm in 1/s) * 10^9 (ns in s) over revolution * elapsed.
-        let up = i128::from(moved).wrapping_mul(60_000_000_000_000);
+        // 60,000 (1/1000 rpm in 1/s) * 10^9 (ns in s) over revolution * elapsed, by the gear in
+        // hundredths.
+        let up = i128::from(moved).wrapping_mul(600_000_000_000).wrapping_mul(i128::from(scale.gear));
         let down = i128::from(scale.revolution).wrapping_mul(i128::from(elapsed_ns));
         let half = down >> 1;
         let rounded = if up < 0 { up.wrapping_sub(half) } else { up.wrapping_add(half) };
@@ -264,7 +274,15 @@ impl Scale {
     fn position(&self, fine: i64) -> i64 {
         let halved = self.periods >> 1;
         let up = fine.wrapping_mul(self.increments).wrapping_add(halved);
-        up.checked_div_euclid(self.periods).unwrap_or(0)
+        let position = up.checked_div_euclid(self.periods).unwrap_or(0);
+        if self.gear == NO_GEAR {
+            return position;
+        }
+        // The gear before the rounding, or a large one would multiply its error.
+        let up =
+            i128::from(fine).wrapping_mul(i128::from(self.increments)).wrapping_mul(i128::from(self.gear));
+        let down = i128::from(self.periods).wrapping_mul(i128::from(NO_GEAR));
+        up.wrapping_add(down >> 1).checked_div_euclid(down).unwrap_or(0) as i64
     }
 }
 

@@ -20,7 +20,7 @@ fn sampled(slot: Slot, sequence: u64) -> Sampled<Encoder> {
 }
 
 const SINE: Selection =
-    Selection { kind: Some(SlotKind::SineCosine), slot: 0, periods: 1_024, inverted: false };
+    Selection { kind: Some(SlotKind::SineCosine), slot: 0, periods: 1_024, inverted: false, gear: NO_GEAR };
 
 fn sine() -> Evaluation {
     Evaluation::new(SINE)
@@ -146,8 +146,13 @@ fn skipped_samples_are_no_jump() {
     for kind in [SlotKind::SineCosine, SlotKind::Resolver] {
         let periods = if kind == SlotKind::Resolver { 1 } else { 1_024 };
         for rpm in [3_000.0, -3_000.0, 12_000.0] {
-            let mut evaluation =
-                Evaluation::new(Selection { kind: Some(kind), slot: 0, periods, inverted: false });
+            let mut evaluation = Evaluation::new(Selection {
+                kind: Some(kind),
+                slot: 0,
+                periods,
+                inverted: false,
+                gear: NO_GEAR,
+            });
             let mut k = 1_u64;
             for skipped in [0, 0, 0, 0, 0, 0, 2, 0, 1, 0, 0, 10, 0, 2, 2, 0, 0] {
                 k += 1 + skipped;
@@ -198,8 +203,13 @@ fn a_settled_start_has_the_speed_and_position_of_its_motion_and_follows_a_ramp()
         [(SlotKind::SineCosine, 1_024_i64), (SlotKind::Resolver, 1), (SlotKind::Digital, 1)]
     {
         for (rpm, ramp) in [(0.0, 0.0), (1_500.0, 0.0), (-3_000.0, 5_000.0), (0.0, -5_000.0), (0.4, 0.0)] {
-            let mut evaluation =
-                Evaluation::new(Selection { kind: Some(kind), slot: 0, periods, inverted: false });
+            let mut evaluation = Evaluation::new(Selection {
+                kind: Some(kind),
+                slot: 0,
+                periods,
+                inverted: false,
+                gear: NO_GEAR,
+            });
             let speed_at = |k: f64| rpm + ramp * k / 1_000.0;
             for k in 0..300_u64 {
                 let t = k as f64;
@@ -248,8 +258,13 @@ fn a_status_fault_or_an_empty_slot_is_a_fault() {
 
 #[test]
 fn a_resolver_is_followed_over_the_turn() {
-    let mut evaluation =
-        Evaluation::new(Selection { kind: Some(SlotKind::Resolver), slot: 0, periods: 1, inverted: false });
+    let mut evaluation = Evaluation::new(Selection {
+        kind: Some(SlotKind::Resolver),
+        slot: 0,
+        periods: 1,
+        inverted: false,
+        gear: NO_GEAR,
+    });
     for k in 1..2_000_u64 {
         let revolutions = -3_000.0 / 60_000.0 * k as f64;
         let slot = Slot { kind: SlotKind::Resolver, count: 0, ..sine_slot(revolutions, 1.0) };

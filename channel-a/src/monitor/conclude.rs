@@ -74,6 +74,7 @@ impl Monitor {
             sto,
             requests,
             sample: &self.judged,
+            output_fault: self.errors.of_outputs(),
         };
         let status: Word = self.program.rules.status(&state);
         let drive = self.program.rules.drive(&state);

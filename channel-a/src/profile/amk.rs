@@ -7,7 +7,7 @@ use shm_schema::facts::amk_kw::{control, status};
 use shm_schema::word::Word;
 
 use super::{Fault, Outside, Program, Requests, Rules, Sem, State, tolerance_ns};
-use crate::encoder::{Fault as EncoderFault, Selection};
+use crate::encoder::{Fault as EncoderFault, NO_GEAR, Selection};
 use crate::engine::approach::{Approach, Slope};
 use crate::engine::stop::{self, Active, Demand, End, Reaction};
 use crate::engine::watch::{Part, Plan, Quantity, Violation};
@@ -171,7 +171,7 @@ pub fn build(image: &Image, program: &mut Program) {
     let resolver = p(4) == 0;
     let kind = if resolver { SlotKind::Resolver } else { SlotKind::SineCosine };
     let periods = if resolver { 1 } else { p(6) };
-    program.encoder = Selection { kind: Some(kind), slot: 0, periods, inverted: false };
+    program.encoder = Selection { kind: Some(kind), slot: 0, periods, inverted: false, gear: NO_GEAR };
     // AMK-SEM-10: a resolver is exempt.
     let period = 65_536_i64.checked_div(p(6)).unwrap_or(1).max(1);
     program.sem = (!resolver).then(|| Sem::new(p(9), p(10), period));

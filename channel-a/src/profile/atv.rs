@@ -131,7 +131,7 @@ fn selection(image: &Image, common: Selection, pole_pairs: i64) -> Selection {
     // Without encoder the phase order decides what the output frequency means (SC03).
     let number = if kind == SlotKind::Encoderless { 3 } else { 7 };
     let inverted = image.value(number) == 1;
-    Selection { kind: Some(kind), periods, slot: common.slot, inverted }
+    Selection { kind: Some(kind), periods, inverted, ..common }
 }
 
 impl Atv {

@@ -17,7 +17,7 @@ use shm_schema::profile::{Profile, common};
 use shm_schema::word::Word;
 
 use crate::bus::BusFault;
-use crate::encoder::{Fault as EncoderFault, Selection};
+use crate::encoder::{Fault as EncoderFault, NO_GEAR, Selection};
 use crate::engine::Sample;
 use crate::engine::stop::{self, Demand, Stops};
 use crate::engine::watch::{Plan, Violation, Watch};
@@ -90,6 +90,8 @@ pub struct State<'a> {
     pub requests: &'a Requests,
     /// Motion.
     pub sample: &'a Sample,
+    /// An error of the own safe outputs stands.
+    pub output_fault: bool,
 }
 
 /// What the profile's own judgement sees, behind stops and watches.
@@ -209,7 +211,7 @@ impl Program {
             telegram: Telegram::NONE,
             gaps: [Gaps::default(); LINES],
             supplies: false,
-            encoder: Selection { kind: None, slot: 1, periods: 1, inverted: false },
+            encoder: Selection { kind: None, slot: 1, periods: 1, inverted: false, gear: NO_GEAR },
             sem: None,
             rules: Rules::Refused,
         }
@@ -254,6 +256,7 @@ impl Program {
             slot: image.value(common::ENCODER_A) as u8,
             periods: image.value(common::PERIODS_PER_REVOLUTION),
             inverted: false,
+            gear: NO_GEAR,
         };
     }
 }
@@ -351,7 +354,7 @@ impl Rules {
         match self {
             // 3606/27: channel 1, Info3 the number of the output.
             Self::Amk(_) => Some((ErrorCode::amk(3606, 27, 1, line as u32 + 1), Class::Cause)),
-            Self::Lenze(_) => Some((ErrorCode::single(89), Class::Flaw)),
+            Self::Lenze(lenze) => Some(lenze.output_code()),
             _ => None,
         }
     }

@@ -41,6 +41,8 @@ pub struct Bench {
     /// Raw signals of a sine encoder with 1,024 periods; the motion only in the first cycle.
     pub raw: bool,
     pub lines: [bool; 4],
+    /// The pair whose second line stays high.
+    pub split: Option<usize>,
     /// Pattern of all lines in place of a level.
     pub line_patterns: Option<u64>,
     pub partner: Option<Report>,
@@ -87,6 +89,7 @@ impl Bench {
             travel: true,
             raw: false,
             lines: [true; 4],
+            split: None,
             line_patterns: None,
             partner: None,
             partner_changes: |_| {},
@@ -135,10 +138,14 @@ impl Bench {
         let only_raw = self.raw && self.k > 0;
         let pattern = |high: bool| if high { u64::MAX } else { 0 };
         let lines = self.line_patterns.map_or(self.lines.map(pattern), |pattern| [pattern; 4]);
+        let mut other = lines;
+        if let Some(pattern) = self.split.and_then(|pair| other.get_mut(pair)) {
+            *pattern = u64::MAX;
+        }
         let io = Io {
             samples: 16 * (self.k + 1),
             line_1: lines,
-            line_2: lines,
+            line_2: other,
             ais: self.ais,
             aie: self.aie,
             ..Io::default()

@@ -8,6 +8,7 @@ mod bus;
 mod encoder;
 mod etg;
 mod lenze;
+mod lenze_io;
 mod outputs;
 mod robust;
 mod startup;

@@ -20,6 +20,8 @@ const TEST_PULSE_US: u64 = 2_000;
 /// Gap of the clock output, µs, below 1 ms, and its period, ms (LNZ-PAS-02).
 const CLOCK_GAP_US: i64 = 500;
 const CLOCK_PERIOD_MS: i64 = 2_000;
+/// Where a position encoder is connected (DEC-50).
+const POSITION_SLOT: u8 = 2;
 const SMS: u16 = 105;
 const SLI: u16 = 111;
 const SDI: [(u8, u16); 2] = [(control::SDIPOS, 103), (control::SDINEG, 104)];
@@ -107,12 +109,24 @@ pub fn build(image: &Image, program: &mut Program) {
 
 fn encoder(image: &Image, common: Selection, resolver: bool) -> Selection {
     let c = |number: u32| code(image, number, 0);
+    if (common.slot == POSITION_SLOT) & (c(15_500) != 0) {
+        return position_encoder(image, common);
+    }
     let (kind, periods) = match c(15_400) {
         0 => (Some(SlotKind::Encoderless), 1),
         _ if resolver => (Some(SlotKind::Resolver), c(15_430)),
         _ => (Some(SlotKind::SineCosine), c(15_420)),
     };
-    Selection { kind, periods, slot: common.slot, inverted: c(15_409) == 1 }
+    Selection { kind, periods, inverted: c(15_409) == 1, ..common }
+}
+
+/// The encoder on the machine: its direction is stated against that of the motor encoder
+/// (LNZ-SPD-12), its gear in hundredths (LNZ-SPD-17); sine or TTL is what the slot has.
+fn position_encoder(image: &Image, common: Selection) -> Selection {
+    let c = |number: u32| code(image, number, 0);
+    let kind = (c(15_500) == 2).then_some(SlotKind::Digital);
+    let inverted = (c(15_409) == 1) ^ (c(15_502) == 1);
+    Selection { kind, inverted, gear: c(15_501), ..common }
 }
 
 fn stops(image: &Image, program: &mut Program) {

@@ -1,7 +1,7 @@
 //! Messages: which number a fault or a violation has.
 
 use super::super::Fault;
-use super::Lenze;
+use super::{CASCADE_HARDWARE, Cascade, Lenze};
 use crate::encoder::Fault as EncoderFault;
 use crate::engine::stop;
 use crate::engine::watch::{Part, Plan, Violation};
@@ -12,8 +12,17 @@ use shm_schema::error::ErrorCode;
 
 const STOP_LATE: u32 = 97;
 const RAMP_LEFT: u32 = 110;
+const OUTPUT_SHORT: u32 = 89;
 
 impl Lenze {
+    /// The own line of SD-Out1 does not follow. A cascade that has tripped has to switch it off.
+    pub const fn output_code(&self) -> (ErrorCode, Class) {
+        match self.cascade {
+            Some(Cascade::Tripped(_)) => (ErrorCode::single(CASCADE_HARDWARE), Class::Cause),
+            _ => (ErrorCode::single(OUTPUT_SHORT), Class::Output),
+        }
+    }
+
     /// Codes of the general faults.
     pub fn fault_code(&self, fault: Fault) -> (ErrorCode, Class) {
         let (number, class) = match fault {

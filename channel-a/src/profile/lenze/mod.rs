@@ -41,6 +41,9 @@ const NEEDS_ENCODER: u32 = 0x0000_01FC;
 const SLI_REQUEST: u8 = 10;
 const SLS: [u8; 4] = [control::SLS1, control::SLS2, control::SLS3, control::SLS4];
 const STILL_FAST: u32 = 102;
+/// LNZ-CAS-13
+const CASCADE_LATE: u32 = 108;
+const CASCADE_HARDWARE: u32 = 109;
 
 /// The role of a safe input (C15031, C15032).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -186,7 +189,12 @@ impl Lenze {
                 continue;
             }
             requests.inputs |= u32::from(contact.is_on()).wrapping_shl(pair);
-            *place = faulty.then(|| (ErrorCode::single(49 + pair), Class::Flaw));
+            // LNZ-CAS-13: at the cascade input the discrepancy is an STO of its own.
+            let found = match role {
+                Role::Cascade => (ErrorCode::single(CASCADE_HARDWARE), Class::Cause),
+                _ => (ErrorCode::single(49 + pair), Class::Flaw),
+            };
+            *place = faulty.then_some(found);
         }
         self.initialised |= outside.operational | outside.settle;
     }
@@ -262,12 +270,12 @@ impl Lenze {
         let waiting = self.mode == Mode::Special(false);
         let special_stop = self.special_stop;
         let special = |stop: i64| waiting & (special_stop == stop);
-        let cascade = self.cascade_demand(outside, stops, requests.demand.restart);
+        let cascade = self.cascade_demand(outside, stops, requests);
         requests.demand = Demand {
             sto: bit(control::STO) | special(0) | (emergency & !self.emergency_ss1) | cascade.0,
             stops: u8::from(bit(control::SS1) | special(1) | (emergency & self.emergency_ss1)) << SS1
                 | u8::from(bit(control::SS2) | special(2)) << SS2,
-            restart: requests.demand.restart & cascade.1,
+            restart: cascade.1,
             ..Demand::default()
         };
         // LNZ-OMS-14: the enable switch ends the stop of special operation at once.
@@ -287,9 +295,11 @@ impl Lenze {
         }
     }
 
-    /// Whether the cascade asks for STO, and whether a restart may take place.
-    fn cascade_demand(&mut self, outside: &Outside, stops: &Stops, restart: bool) -> (bool, bool) {
-        let Some(cascade) = self.cascade else { return (false, true) };
+    /// Whether the cascade asks for STO, and whether a restart takes place: with a cascade when
+    /// it has come round, not with the edge (LNZ-CAS-06).
+    fn cascade_demand(&mut self, outside: &Outside, stops: &Stops, requests: &mut Requests) -> (bool, bool) {
+        let restart = requests.demand.restart;
+        let Some(cascade) = self.cascade else { return (false, restart) };
         let on = self.contacts[3].is_on();
         let now_ns = outside.now_ns;
         let next = match cascade {
@@ -306,7 +316,12 @@ impl Lenze {
             }
             Cascade::Closed => cascade,
         };
-        let released = matches!(cascade, Cascade::Restarting(_)) & (next == Cascade::Closed);
+        let restarting = matches!(cascade, Cascade::Restarting(_));
+        let late = restarting & matches!(next, Cascade::Tripped(_));
+        if let Some(place) = requests.faults.iter_mut().find(|place| place.is_none()).filter(|_| late) {
+            *place = Some((ErrorCode::single(CASCADE_LATE), Class::Limit));
+        }
+        let released = restarting & (next == Cascade::Closed);
         self.cascade = Some(next);
         (next != Cascade::Closed, released)
     }
@@ -390,6 +405,8 @@ impl Lenze {
     /// SD-Out1 in bits 0 and 1.
     pub fn drive(&self, state: &State) -> DriveRequest {
         let by_bus = !self.output_off | !self.output_by_bus;
+        // LNZ-OUT-03: a detected fault of the output sets it off.
+        let permitted = by_bus & !state.output_fault;
         let on = match self.cascade {
             Some(Cascade::Closed) => !state.sto,
             Some(Cascade::Restarting(since)) => {
@@ -399,7 +416,7 @@ impl Lenze {
             None if self.output_conditions == [0, 0] => false,
             None => self.output(self.status(state).0[0]),
         };
-        let outputs = u8::from(on & by_bus) * 0b0011;
+        let outputs = u8::from(on & permitted) * 0b0011;
         DriveRequest { brake_open: !state.sto, outputs, ..DriveRequest::default() }
     }
 

@@ -40,6 +40,7 @@ pub fn findings(image: &Image, report: &mut dyn FnMut(ErrorCode)) {
         (15_315, 0, encoderless & (c(15_315) != 0)),
         (15_032, 0, encoderless & seeing),
         (15_410, 0, sole_resolver & (c(15_410) == 0)),
+        (15_410, 0, ![0, 10, 20].contains(&c(15_410))),
     ];
     for (number, subcode, is_broken) in rows {
         if is_broken {
