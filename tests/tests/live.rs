@@ -11,8 +11,12 @@ mod axis;
 mod bad_cells;
 #[path = "live/black_channel.rs"]
 mod black_channel;
+#[path = "live/ctl.rs"]
+mod ctl;
 #[path = "live/deaths.rs"]
 mod deaths;
+#[path = "live/ending.rs"]
+mod ending;
 #[path = "live/guards.rs"]
 mod guards;
 #[path = "live/processes.rs"]

@@ -126,7 +126,5 @@ fn ci(_: &[String]) -> Outcome {
     no_panic(&[])?;
     test(&[])?;
     let out = ["--out".to_owned(), target().join("demo").display().to_string()];
-    // A host that stalls for three cycles takes the torque away, as it must, and ends the story
-    // early. Seldom at 4 ms; three in a row would be a defect.
-    (1..3).find(|_| demo(&out).is_ok()).map_or_else(|| demo(&out), |_| Ok(()))
+    demo(&out)
 }

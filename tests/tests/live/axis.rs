@@ -138,6 +138,11 @@ impl Axis {
         [self.paths[0].edges, self.paths[1].edges]
     }
 
+    /// Channel A brakes in SS1.
+    pub fn brakes(&self) -> bool {
+        self.a.read().is_some_and(|(_, report)| report.stop == shm_schema::report::Stop::Ss1)
+    }
+
     /// Speed that channel A reports, 1/1000 rpm.
     pub fn speed_mrpm(&self) -> i32 {
         self.a.read().map_or(0, |(_, report)| report.speed_mrpm)
