@@ -389,7 +389,7 @@ impl Monitor {
         let outside = Outside {
             now_ns,
             word,
-            clear: word.is_some() & command.is_some_and(|command| command.clear_error),
+            clear: command.map(|command| command.clear_error),
             drive_enabled: command.is_some_and(|command| command.drive_enabled),
             io: self.io_cell.current(now_ns, stale_ns, cycle_ns).map(|cell| &cell.payload),
             settle: self.settles_now(),

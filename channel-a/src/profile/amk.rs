@@ -213,7 +213,8 @@ impl Amk {
         requests.watches = u64::from(requested);
         requests.requested = Word::from_u32(requested | (word & (1 << control::SA1 | 1 << control::SA2)));
         let acknowledge = outside.word.map(|word| word.bit(control::ERROR_ACK));
-        let clear = outside.word.map(|_| outside.clear);
+        // AMK-ACK-02: the drive's own path; it needs no safe control word.
+        let clear = outside.clear;
         requests.acknowledgements =
             u32::from(acknowledge == Some(true)) | u32::from(clear == Some(true)) << 2;
         let by_word = super::edge(&mut self.acknowledge_armed, acknowledge);

@@ -40,8 +40,8 @@ pub struct Outside<'a> {
     pub now_ns: u64,
     /// Control word; `None`: no valid command.
     pub word: Option<Word>,
-    /// Non-safe clear command.
-    pub clear: bool,
+    /// Level of the drive's non-safe clear command; `None`: no command at all.
+    pub clear: Option<bool>,
     /// The drive's power stage is enabled.
     pub drive_enabled: bool,
     /// Safe inputs.

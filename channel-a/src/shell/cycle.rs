@@ -88,7 +88,8 @@ impl Seat {
     }
 }
 
-/// An unprotected command is no command unless it was allowed.
+/// An unprotected command is no command unless it was allowed; what the drive says in the
+/// same cell stays, for that is no safe command (AMK-ACK-02).
 fn accepted(mut received: Received<Command>, plain: bool) -> Received<Command> {
     if let Ok(cell) = &mut received {
         let unprotected = cell.payload.source == CommandSource::Plain;
@@ -101,7 +102,25 @@ fn accepted(mut received: Received<Command>, plain: bool) -> Received<Command> {
 
 #[cfg(test)]
 mod tests {
-    use super::next_boundary;
+    use super::{accepted, next_boundary};
+    use shm_schema::command::{Command, CommandSource};
+    use shm_schema::exchange::Sampled;
+
+    #[test]
+    fn a_refused_plain_command_keeps_the_words_of_the_drive() {
+        // AMK-ACK-02
+        let payload = Command {
+            source: CommandSource::Plain,
+            clear_error: true,
+            drive_n0: true,
+            drive_enabled: true,
+            ..Command::default()
+        };
+        let cell = Sampled { sequence: 1, timestamp_ns: 0, crc32: 0, payload };
+        let command = accepted(Ok(cell), false).unwrap().payload;
+        assert_eq!(command, Command { source: CommandSource::None, ..payload });
+        assert_eq!(accepted(Ok(cell), true).unwrap().payload, payload);
+    }
 
     #[test]
     fn boundaries_are_multiples_of_the_cycle_plus_the_phase() {

@@ -358,6 +358,27 @@ fn the_drives_clear_command_acknowledges_too() {
 }
 
 #[test]
+fn the_drives_clear_command_needs_no_control_word() {
+    // AMK-ACK-02, Prm7 = 1: an axis that is commanded by its inputs; DEC-16: an edge
+    use shm_schema::command::{Command, CommandSource};
+    let set: std::vec::Vec<_> = SET.iter().copied().chain([(7, 1), (15, 3), (16, 12)]).collect();
+    let command = |clear_error| {
+        let none = Command { source: CommandSource::None, drive_enabled: true, ..Command::default() };
+        Some(Command { clear_error, ..none })
+    };
+    let mut bench = Bench::amk(&set);
+    bench.command = command(true);
+    bench.ride(9, |_| 0.0);
+    assert!(bench.ride(10, |_| 4_000.0).status.bit(7));
+    assert!(bench.ride(12, |_| 0.0).status.bit(7), "high since before the error");
+    bench.command = command(false);
+    bench.ride(13, |_| 0.0);
+    bench.command = command(true);
+    let report = bench.ride(14, |_| 0.0);
+    assert_eq!((report.status.bit(7), report.driving), (false, true));
+}
+
+#[test]
 fn an_ss2_that_sto_interrupted_begins_again_while_it_is_requested() {
     // DEC-13
     let mut bench = Bench::amk(SET);
