@@ -13,6 +13,8 @@ mod tests_etg;
 #[cfg(test)]
 mod tests_lenze;
 #[cfg(test)]
+mod tests_lenze_plant;
+#[cfg(test)]
 mod tests_outputs;
 #[cfg(test)]
 mod tests_start;
@@ -30,6 +32,7 @@ use crate::bus::Bus;
 use crate::bus::inputs::History;
 use crate::compare::{Comparison, Limits};
 use crate::encoder::Evaluation;
+use crate::encoder::drive::Companion;
 use crate::engine::Motion;
 use crate::engine::record::{Breach, SPEED_MAX};
 use crate::engine::spec::{NO_BIT, Reaction};
@@ -135,6 +138,7 @@ impl Monitor {
                 producer_clock: Clock::new(factor(setup)),
                 partner_clock: Clock::new(factor(setup)),
                 evaluation: Evaluation::new(plan.encoder),
+                companion: Companion::new(),
                 lines: plan.inputs(),
                 motion: Motion::default(),
                 sampled_ns: 0,
@@ -192,10 +196,7 @@ impl Monitor {
         self.asked = self.asked(&requested);
         let starts = self.start_up(&cells, &requested, edges.any() | edges.restart, now_ns);
         // ETG-RST-03: the edge counts while the request is shown.
-        let restart = edges.restart & self.restart_pending;
-        if restart {
-            self.plan.logic.restart();
-        }
+        let restart = self.plan.logic.restarts(edges.restart, self.restart_pending, now_ns);
         self.functions(&requested, &cells, restart | starts, now_ns);
         let requested = self.plan.logic.settle(requested);
         self.plan.logic.watch(&asked, &requested, &self.plan.stops, &mut self.ledger);

@@ -2,6 +2,7 @@
 //! floating point, the speed as the slope of a least-squares line through the last samples.
 //! A value that is not finite is a fault.
 
+pub mod drive;
 mod slope;
 #[cfg(test)]
 mod tests;
@@ -40,6 +41,8 @@ pub struct EncoderSetup {
     pub pole_pairs: u32,
     /// The encoder counts against the motor.
     pub is_inverted: bool,
+    /// Turns of the motor for 100 turns of the encoder (C15501).
+    pub gear_percent: u32,
 }
 
 /// Why a sample is not believed.
@@ -119,12 +122,12 @@ impl Evaluation {
         let is_encoderless = slot.kind == SlotKind::Encoderless;
         let place = if is_encoderless { Ok(Place::ZERO) } else { place_of(&slot) };
         let Ok(place) = place else { return };
-        let sign = if self.setup.is_inverted { -1.0 } else { 1.0 };
-        let position = exact.position as f64 * sign;
+        let share = self.share_of_motor();
+        let position = exact.position as f64 * share;
         let origin = self.origin(&slot, place);
         // The signals resolve parts of an increment that the given position has lost.
         self.turns = if libm::fabs(origin - position) <= 1.0 { origin } else { position };
-        self.rate = exact.speed_mrpm as f64 * sign / MRPM_PER_INCREMENT_NS;
+        self.rate = exact.speed_mrpm as f64 * share / MRPM_PER_INCREMENT_NS;
         self.slope = Slope::settled(self.turns, self.rate, time_ns, spacing_ns);
         self.frozen_at = encoder.drive_position;
         let slot = if is_encoderless { Slot::default() } else { slot };
@@ -142,11 +145,23 @@ impl Evaluation {
     /// Why it is not believed.
     pub fn evaluate(&mut self, encoder: &Encoder, time_ns: u64) -> Result<Evaluated, EncoderFault> {
         let seen = self.evaluate_signals(encoder, time_ns)?;
-        if !self.setup.is_inverted {
+        let is_plain = !self.setup.is_inverted & (self.setup.gear_percent == 100);
+        if is_plain {
             return Ok(seen);
         }
-        let (position, speed_mrpm) = (seen.position.saturating_neg(), seen.speed_mrpm.saturating_neg());
-        Ok(Evaluated { position, speed_mrpm })
+        let sign = if self.setup.is_inverted { -1 } else { 1 };
+        let gear = i128::from(self.setup.gear_percent.max(1));
+        let at_motor = |value: i64| {
+            let value = i128::from(value).saturating_mul(gear).saturating_mul(sign) / 100;
+            value.clamp(i128::from(i64::MIN), i128::from(i64::MAX)) as i64
+        };
+        Ok(Evaluated { position: at_motor(seen.position), speed_mrpm: at_motor(seen.speed_mrpm) })
+    }
+
+    /// Turns of the encoder for one of the motor, with its direction.
+    fn share_of_motor(&self) -> f64 {
+        let sign = if self.setup.is_inverted { -100.0 } else { 100.0 };
+        sign / f64::from(self.setup.gear_percent.max(1))
     }
 
     fn evaluate_signals(&mut self, encoder: &Encoder, time_ns: u64) -> Result<Evaluated, EncoderFault> {

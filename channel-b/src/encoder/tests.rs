@@ -8,6 +8,7 @@ const SETUP: EncoderSetup = EncoderSetup {
     periods: 1024,
     pole_pairs: 1,
     is_inverted: false,
+    gear_percent: 100,
 };
 
 fn resolver(position: f64) -> Encoder {

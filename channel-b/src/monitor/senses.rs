@@ -10,6 +10,7 @@ use shm_schema::word::Word;
 use super::{Monitor, factor};
 use crate::agreed::Agreed;
 use crate::bus::Events;
+use crate::encoder::drive::Companion;
 use crate::encoder::{EncoderFault, Evaluated, Evaluation};
 use crate::engine::Motion;
 use crate::engine::spec::NO_BIT;
@@ -32,6 +33,7 @@ pub struct Senses {
     pub(super) producer_clock: Clock,
     pub(super) partner_clock: Clock,
     pub(super) evaluation: Evaluation,
+    pub(super) companion: Companion,
     pub(super) lines: inputs::Inputs,
     pub(super) motion: Motion,
     /// Time stamp of the sample that `motion` came from, ns.
@@ -253,7 +255,7 @@ impl Monitor {
                 }
                 Ok(seen)
             }
-            None => self.senses.evaluation.evaluate(&cell.payload, cell.timestamp_ns),
+            None => self.evaluate_signals(cell),
         };
         match evaluated {
             Ok(seen) => {
@@ -273,6 +275,20 @@ impl Monitor {
                 cells.encoder_fault = Some(fault);
             }
         }
+    }
+
+    /// Own evaluation, beside the drive's own position.
+    fn evaluate_signals(&mut self, cell: &Sampled<Encoder>) -> Result<Evaluated, EncoderFault> {
+        let seen = self.senses.evaluation.evaluate(&cell.payload, cell.timestamp_ns);
+        match &seen {
+            Ok(seen) => {
+                let drive = cell.payload.drive_position;
+                let found = self.senses.companion.observe(seen.position, drive, cell.timestamp_ns);
+                self.plan.logic.watch_drive(&found, &mut self.ledger);
+            }
+            Err(_) => self.senses.companion = Companion::new(),
+        }
+        seen
     }
 
     /// Change of speed since the sample before, 1/1000 rpm/s.

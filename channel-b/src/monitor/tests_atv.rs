@@ -46,7 +46,7 @@ fn run(rig: &mut Rig, word: u32, speed: impl Fn(i64) -> i64 + Copy) -> (Option<u
     (end.map(|end| end - begin), rig.last[1].as_ref().map(numbers).unwrap_or_default())
 }
 
-/// ATV-SS1-06, ATV-SS1-07, ATV-SS1-10, ATV-EX-13, DEC-03.
+/// ATV-SS1-06, ATV-SS1-07, ATV-SS1-10, ATV-EX-13, ATV-SEQ-01, DEC-03.
 #[test]
 fn ss1_falls_from_the_peak_of_the_delay_plus_the_offset() {
     // 50 Hz at the start, 51 Hz during the delay; then exactly on 56 Hz - 10 Hz/s.
@@ -112,7 +112,7 @@ fn sls(kind: i32) -> Rig {
     set(&rows)
 }
 
-/// ATV-SLST1-02 to 04.
+/// ATV-SLST1-02 to 04, ATV-SEQ-03.
 #[test]
 fn type_1_keeps_the_speed_between_standstill_and_threshold() {
     let word = with(control::SLS);
@@ -128,7 +128,7 @@ fn type_1_keeps_the_speed_between_standstill_and_threshold() {
     assert_eq!((drive.set_point_min_mrpm, drive.set_point_max_mrpm), (-600_000, 0));
 }
 
-/// ATV-SLST2-01, ATV-SLST2-02, ATV-SLST2-06, ATV-SLST2-07.
+/// ATV-SLST2-01, ATV-SLST2-02, ATV-SLST2-06, ATV-SLST2-07, ATV-SEQ-04, ATV-SEQ-05.
 #[test]
 fn type_2_brakes_along_the_line_and_waits_below_standstill() {
     let word = with(control::SLS);
@@ -156,7 +156,7 @@ fn sls_is_shown_from_its_activation_until_it_is_violated() {
     assert_eq!((numbers(&violated), bit(&violated, shown::SLS)), (vec![0x0A9], false));
 }
 
-/// ATV-SLST3-01, ATV-SLST3-05, ATV-SLST6-01.
+/// ATV-SLST3-01, ATV-SLST3-05, ATV-SLST6-01, ATV-SEQ-06.
 #[test]
 fn types_3_and_6_stop_from_above_the_threshold() {
     for kind in [3, 6] {
@@ -227,7 +227,7 @@ fn sls_holds_the_sto_of_the_ss1_it_asked_for() {
     assert_eq!(rig.step().report.stop, Stop::None);
 }
 
-/// ATV-SLST4-01, ATV-SLST4-02, ATV-SLST5-03.
+/// ATV-SLST4-01, ATV-SLST4-02, ATV-SLST5-03, ATV-SEQ-07.
 #[test]
 fn types_4_and_5_permit_both_directions() {
     let word = with(control::SLS);
@@ -238,7 +238,7 @@ fn types_4_and_5_permit_both_directions() {
     }
 }
 
-/// ATV-SMS-03, ATV-SMS-04, ATV-SMS-08, ATV-SMS-10.
+/// ATV-SMS-03, ATV-SMS-04, ATV-SMS-08, ATV-SMS-10, ATV-SEQ-09.
 #[test]
 fn sms_follows_its_mode_and_switch() {
     let rows = |mode: i32| [(56, mode), (57, 500), (58, 400), (59, 300), (60, 200)];

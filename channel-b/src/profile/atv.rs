@@ -10,6 +10,7 @@ use shm_schema::word::Word;
 
 use super::{Asked, Bits, Plan};
 use crate::bus::Events;
+use crate::encoder::drive::Contradiction;
 use crate::engine::bank::Bank;
 use crate::engine::record::Breach;
 use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, Range, SECOND_NS, Slope, Spec};
@@ -41,6 +42,7 @@ mod sme {
     pub const SMS_NEGATIVE: u32 = 0x0B5;
     pub const RESOLVER: u32 = 0x0CC;
     pub const UNEXPECTED_STO: u32 = 0x0D4;
+    pub const ENCODER_INVERSION: u32 = 0x0DB;
     pub const INTEGRITY: u32 = 0x147;
     pub const RESERVED_BIT: u32 = 0x152;
     pub const TIMEOUT: u32 = 0x153;
@@ -224,6 +226,14 @@ pub fn watch_bus(events: &Events, ledger: &mut Ledger) {
     let seen = [(events.is_corrupt, sme::INTEGRITY), (events.has_timed_out, sme::TIMEOUT)];
     for (_, number) in seen.into_iter().filter(|(is_seen, _)| *is_seen) {
         ledger.raise(Entry::sto(ErrorCode::single(number), Cause::Live));
+    }
+}
+
+/// ATV-ENC-09: SC07 contradicts the inversion that the drive is set to. Of the phase rotation (SC03)
+/// no cell tells.
+pub fn watch_drive(found: &Contradiction, ledger: &mut Ledger) {
+    if found.is_opposite {
+        ledger.raise(Entry::sto(ErrorCode::single(sme::ENCODER_INVERSION), Cause::Live));
     }
 }
 

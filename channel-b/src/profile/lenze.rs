@@ -1,7 +1,6 @@
 //! Lenze SM301: stops with stopping time, SLS with direction, SDI by position, special
 //! operation, emergency stop, cascading, input pairs with discrepancy time.
 
-use shm_schema::encoder::SlotKind;
 use shm_schema::error::ErrorCode;
 use shm_schema::facts::lenze_sm301::{self, control, status};
 use shm_schema::profile::lenze_key;
@@ -10,7 +9,9 @@ use shm_schema::word::Word;
 use super::lenze_inputs::{Pair, Terminal};
 use super::lenze_messages as message;
 use super::lenze_output::Feedback;
+use super::lenze_plant::{Cascade, set_encoder};
 use super::{Asked, Bits, Plan};
+use crate::encoder::drive::Contradiction;
 use crate::engine::bank::Bank;
 use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, RPM, Range, Reaction, Slope, Spec};
 use crate::engine::stops::{End, Stop, Stops};
@@ -84,8 +85,8 @@ pub const TERMINALS: u32 = 0b11_0000;
 
 fn bits() -> Bits {
     Bits {
+        // OMS and ES select and confirm; they are no requested functions that the channels compare.
         low: Word::from_u32(LOW),
-        high: Word::from_u32(HIGH),
         sto: asked::STO,
         acknowledge: control::PS_AIE,
         restart: control::PS_AIS,
@@ -94,14 +95,6 @@ fn bits() -> Bits {
         either: Word::from_u32(1 << status::ERROR_ACTIVE),
         ..Bits::NONE
     }
-}
-
-fn set_encoder(plan: &mut Plan, image: &Image<'_>) {
-    let system = parameter(image, 15_400, 0);
-    plan.has_encoder = system != 0;
-    plan.encoder.kind = Some(if system == 2 { SlotKind::Resolver } else { SlotKind::SineCosine });
-    plan.encoder.periods = parameter(image, 15_420, 0).clamp(1, 65_536) as u32;
-    plan.encoder.pole_pairs = parameter(image, 15_430, 0).clamp(1, 10) as u32;
 }
 
 /// Times and line that SS1 and SS2 have in common (LNZ-RAMP-02 to 04, DEC-49).
@@ -270,6 +263,10 @@ pub struct Logic {
     is_output_faulty: bool,
     /// Special operation was left; its stop waits for AIS.
     waits_for_restart: bool,
+    has_encoder: bool,
+    /// C15411, 1/1000 rpm; the parameter counts whole rpm.
+    deviation_most: i64,
+    cascade: Cascade,
 }
 
 impl Logic {
@@ -320,6 +317,9 @@ impl Logic {
             output: Feedback::new(image),
             is_output_faulty: false,
             waits_for_restart: false,
+            has_encoder: code(15_400) != 0,
+            deviation_most: code(15_411).saturating_add(1).saturating_mul(RPM),
+            cascade: Cascade::default(),
             response_ns: code(15_350).max(0).unsigned_abs().saturating_mul(MS_NS as u64),
         }
     }
@@ -336,9 +336,31 @@ impl Logic {
         self.waits_for_restart
     }
 
-    /// The restart acknowledge has come.
-    pub const fn restart(&mut self) {
-        self.waits_for_restart = false;
+    /// The restart acknowledge has come; in a cascade 100 ms ago (LNZ-CAS-06). A stop meanwhile
+    /// takes it back.
+    pub fn restarts(&mut self, edge: bool, is_awaited: bool, now: u64) -> bool {
+        let restarts = self.cascade.restarts(edge, is_awaited, self.is_cascaded, now);
+        self.waits_for_restart &= !restarts;
+        restarts
+    }
+
+    /// LNZ-SPD-06: the drive's speed and the own one differ by more than C15411.
+    pub fn watch_drive(&self, found: &Contradiction, ledger: &mut Ledger) {
+        if found.deviation_mrpm >= self.deviation_most {
+            let code = ErrorCode::single(message::SPEED_COMPARISON);
+            ledger.raise(Entry::sto(code, Cause::Live));
+        }
+    }
+
+    /// LNZ-SS2-04: what needs a speed is asked for and there is no encoder.
+    fn watch_encoder(&self, all: &Word, ledger: &mut Ledger) {
+        let needs = (0..4).any(|number| all.bit(asked::SLS.saturating_add(number)))
+            | [asked::SS2, asked::SLI, asked::SDI_POSITIVE, asked::SDI_NEGATIVE]
+                .iter()
+                .any(|bit| all.bit(*bit));
+        if needs & !self.has_encoder {
+            ledger.raise(Entry::sto(ErrorCode::single(message::NO_ENCODER), Cause::Live));
+        }
     }
 
     /// Unreadable terminals: what they were is forgotten, or a lost line would be an edge (DEC-18).
@@ -382,8 +404,14 @@ impl Logic {
                 es = is_on;
             }
         }
+        if self.is_cascaded {
+            let is_fed_back = self.levels_on >> 3 & 1 == 0;
+            self.cascade.watch(is_fed_back, asked.in_sto, asked.now, ledger);
+        }
         self.operate(oms, es, bank, asked.is_settled);
-        self.resolve(word)
+        let all = self.resolve(word);
+        self.watch_encoder(&all, ledger);
+        all
     }
 
     /// State 1, 2, 3 of special operation (LNZ-OMS-04 to 12).
@@ -466,27 +494,25 @@ impl Logic {
             let lines = (asked.levels >> at & 1 == 1, asked.others >> at & 1 == 1);
             let is_faulty = pair.judge(lines, asked.is_first, asked.now);
             // LNZ-IN-04: OFF until the error is acknowledged.
-            let code = ErrorCode::single(message::DISCREPANCY.saturating_add(at));
+            let is_cascade = self.is_cascaded & (at == 3);
+            let own = message::DISCREPANCY.saturating_add(at);
+            // LNZ-CAS-13: the cascade has a message and a reaction of its own.
+            let code = ErrorCode::single(if is_cascade { message::CASCADE } else { own });
+            let reaction = if is_cascade { Reaction::Sto } else { Reaction::None };
             pair.is_faulty = is_faulty | ledger.iter().any(|entry| entry.code == code);
             let is_on = pair.agreed & pair.differs_since.is_none() & !pair.is_faulty;
             self.levels_on |= u32::from(is_on) << at;
             if is_faulty {
-                ledger.raise(Entry {
-                    code,
-                    reaction: Reaction::None,
-                    is_error: true,
-                    cause: Cause::Live,
-                    owner: NO_OWNER,
-                });
+                ledger.raise(Entry { code, reaction, is_error: true, cause: Cause::Live, owner: NO_OWNER });
             }
         }
     }
 
     /// LNZ-OUT-03: a faulty SD-Out1 is switched off until its error is acknowledged.
     pub fn watch_outputs(&mut self, wrong: u8, ledger: &mut Ledger) {
-        let code = ErrorCode::single(message::OUTPUT);
+        let code = ErrorCode::single(if self.is_cascaded { message::CASCADE } else { message::OUTPUT });
         if wrong != 0 {
-            let reaction = Reaction::None;
+            let reaction = if self.is_cascaded { Reaction::Sto } else { Reaction::None };
             ledger.raise(Entry { reaction, ..Entry::sto(code, Cause::Live) });
         }
         self.is_output_faulty = ledger.iter().any(|entry| entry.code == code);

@@ -21,6 +21,10 @@ pub(super) const SMS: u32 = 105;
 pub(super) const SOS: u32 = 106;
 pub(super) const RAMP: u32 = 110;
 pub(super) const SLI: u32 = 111;
+pub(super) const NO_ENCODER: u32 = 107;
+pub(super) const CIRCULATION: u32 = 108;
+pub(super) const CASCADE: u32 = 109;
+pub(super) const SPEED_COMPARISON: u32 = 212;
 
 /// Message number of a violation.
 pub const fn code(spec: &Spec, breach: Breach) -> ErrorCode {
@@ -49,7 +53,7 @@ pub fn watch_bus(events: &Events, ledger: &mut Ledger) {
 /// Message number of a fault of the channel itself.
 pub const fn internal(code: ErrorCode) -> ErrorCode {
     ErrorCode::single(match (code.info1, code.info2) {
-        (13, 6) => 212,
+        (13, 6) => SPEED_COMPARISON,
         (76, 6) => 94,
         (76, _) => 93,
         (72, _) => 213,

@@ -75,5 +75,7 @@ fn encoder(image: &Image<'_>) -> bool {
     let is_sole_resolver = (of(15_400) == 2) & (of(15_500) == 0);
     let too_quick = is_sole_resolver & (of(15_410) == 0);
     let needs_speed = (of(15_320) > 0) | (of(15_203) > 0) | (of(15_315) == 1) | (of(15_340) != 0);
-    too_quick | ((of(15_400) == 0) & needs_speed)
+    // The response time is 12, 50 or 100 ms, coded 0, 10 and 20 (C15410).
+    let is_unknown = !matches!(of(15_410), 0 | 10 | 20);
+    too_quick | is_unknown | ((of(15_400) == 0) & needs_speed)
 }

@@ -11,6 +11,7 @@ pub mod lenze;
 pub mod lenze_inputs;
 pub mod lenze_messages;
 pub mod lenze_output;
+pub mod lenze_plant;
 pub mod lenze_rules;
 
 use shm_schema::error::ErrorCode;
@@ -22,6 +23,7 @@ use crate::bus::Events;
 use crate::bus::inputs::Telegram;
 use crate::compare::Limits;
 use crate::encoder::EncoderSetup;
+use crate::encoder::drive::Contradiction;
 use crate::engine::Motion;
 use crate::engine::bank::Bank;
 use crate::engine::record::{Breach, Phase};
@@ -184,6 +186,7 @@ impl Plan {
                 periods: 1024,
                 pole_pairs: 1,
                 is_inverted: false,
+                gear_percent: 100,
             },
             has_encoder: true,
             lines: [LineSetup::default(); PAIRS],
@@ -336,6 +339,15 @@ impl Logic {
         }
     }
 
+    /// The own movement and the drive's own position contradict each other.
+    pub fn watch_drive(&self, found: &Contradiction, ledger: &mut Ledger) {
+        match self {
+            Self::Lenze(logic) => logic.watch_drive(found, ledger),
+            Self::Atv(_) => atv::watch_drive(found, ledger),
+            _ => {}
+        }
+    }
+
     /// The profile's name for an internal fault that AMK numbers as `code`.
     pub const fn internal(&self, code: ErrorCode) -> ErrorCode {
         match self {
@@ -364,10 +376,11 @@ impl Logic {
         }
     }
 
-    /// The restart acknowledge has come.
-    pub const fn restart(&mut self) {
-        if let Self::Lenze(logic) = self {
-            logic.restart();
+    /// A restart acknowledge counts in this cycle: it has come, or the time since it is over.
+    pub fn restarts(&mut self, edge: bool, is_awaited: bool, now: u64) -> bool {
+        match self {
+            Self::Lenze(logic) => logic.restarts(edge, is_awaited, now),
+            _ => edge & is_awaited,
         }
     }
 
