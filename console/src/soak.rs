@@ -12,8 +12,8 @@ use params::AxisSet;
 use serde_json::json;
 use sim::soak::{Act, Plan as Life, live, smallest, trace_csv};
 
-use crate::master::Master;
 use crate::machine_file;
+use crate::master::Master;
 use crate::report::{bad_input, fell_short};
 use crate::run::{Machine, RunFolder, Set, SetArgs, default_machine, stop_flag};
 use crate::watch::Watch;

@@ -120,10 +120,10 @@ impl Bridge {
 mod tests {
     use super::*;
 
-    fn answer(number: u32, frame_number: u32, digest: u32, octet: u8) -> Option<Answer> {
+    fn answer(number: u32, frame_number: u32, digest: u32, octet: u8) -> Answer {
         let mut frame = Frame::default();
         frame.0[..7].fill(octet);
-        Some(Answer { frame_number, digest, number, length: 7, frame })
+        Answer { frame_number, digest, number, length: 7, frame }
     }
 
     #[test]
@@ -141,18 +141,22 @@ mod tests {
     #[test]
     fn a_frame_leaves_once_when_both_have_answered_the_same_one() {
         let mut bridge = Bridge::new(Protocol::Fsoe);
-        assert_eq!(bridge.answers(answer(1, 1, 9, 0xA0), None), None);
-        let sent = bridge.answers(answer(1, 1, 9, 0xA0), answer(1, 1, 9, 0xB0));
+        assert_eq!(bridge.answers(Some(answer(1, 1, 9, 0xA0)), None), None);
+        let sent = bridge.answers(Some(answer(1, 1, 9, 0xA0)), Some(answer(1, 1, 9, 0xB0)));
         assert_eq!(sent.as_deref(), Some(&[0xA0, 0xA0, 0xA0, 0xB0, 0xB0, 0xA0, 0xA0][..]));
-        assert_eq!(bridge.answers(answer(1, 1, 9, 0xA0), answer(1, 1, 9, 0xB0)), None, "and not again");
+        assert_eq!(
+            bridge.answers(Some(answer(1, 1, 9, 0xA0)), Some(answer(1, 1, 9, 0xB0))),
+            None,
+            "and not again"
+        );
     }
 
     #[test]
     fn answers_to_different_frames_or_digests_never_leave() {
         let mut bridge = Bridge::new(Protocol::Fsoe);
-        assert_eq!(bridge.answers(answer(1, 1, 9, 1), answer(1, 1, 8, 2)), None);
-        assert_eq!(bridge.answers(answer(2, 2, 9, 1), answer(1, 1, 8, 2)), None);
-        let sent = bridge.answers(answer(2, 2, 9, 1), answer(2, 2, 9, 2));
+        assert_eq!(bridge.answers(Some(answer(1, 1, 9, 1)), Some(answer(1, 1, 8, 2))), None);
+        assert_eq!(bridge.answers(Some(answer(2, 2, 9, 1)), Some(answer(1, 1, 8, 2))), None);
+        let sent = bridge.answers(Some(answer(2, 2, 9, 1)), Some(answer(2, 2, 9, 2)));
         assert!(sent.is_some(), "the next frame that both answer leaves");
     }
 

@@ -68,7 +68,10 @@ fn the_c_example_carries_frames_unchanged() {
     if is_installed("cc") {
         let program = std::env::temp_dir().join(format!("safepair-process-image-{}", std::process::id()));
         let mut compiler = Command::new("cc");
-        compiler.args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-o"]).arg(&program).arg(example("process_image.c"));
+        compiler
+            .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-o"])
+            .arg(&program)
+            .arg(example("process_image.c"));
         assert!(compiler.status().expect("cc runs").success());
         carries(Command::new(&program), true);
         std::fs::remove_file(program).expect("ours");

@@ -143,9 +143,9 @@ where
             };
             let took_ns = now_ns().saturating_sub(written_ns);
             if is_cell(number) {
-                cell.add(took_ns)
+                cell.add(took_ns);
             } else {
-                bare.add(took_ns)
+                bare.add(took_ns);
             }
             turn.store(number, Ordering::Release);
         }

@@ -18,8 +18,8 @@ use shm_schema::report::Report;
 use sim::random::Random;
 use sim::shm::{Domain, Place};
 
-use crate::master::Master;
 use crate::machine_file;
+use crate::master::Master;
 use crate::report::{bad_input, fell_short};
 use crate::run::{Machine, Plan, Role, RunFolder, Set, SetArgs, default_machine};
 use crate::watch::Watch;

@@ -43,11 +43,15 @@ pub fn table(results: &Results) -> String {
         let _ = writeln!(out, "{name:10} {value}");
     }
     let _ = write!(out, "\n{:40} {:>8}", "µs", "count");
-    PERCENTILES.iter().for_each(|(name, _)| out.push_str(&format!(" {name:>9}")));
-    let _ = writeln!(out, " {:>9}  {}", "max", "× floor at p50, p99.99");
+    for (name, _) in PERCENTILES {
+        let _ = write!(out, " {name:>9}");
+    }
+    let _ = writeln!(out, "       max  × floor at p50, p99.99");
     for line in &results.lines {
         let _ = write!(out, "{:40} {:>8}", line.what, line.count);
-        line.percentiles_us.iter().for_each(|value| out.push_str(&format!(" {value:>9.2}")));
+        for value in line.percentiles_us {
+            let _ = write!(out, " {value:>9.2}");
+        }
         let _ = writeln!(out, " {:>9.2}  {}", line.max_us, ratio(line));
     }
     let [a, b] = results.skipped;
@@ -80,7 +84,9 @@ fn html(results: &Results, svg: &str) -> String {
     let mut rows = String::new();
     for line in &results.lines {
         let _ = write!(rows, "<tr><td>{}</td><td>{}</td>", escape(&line.what), line.count);
-        line.percentiles_us.iter().for_each(|value| rows.push_str(&format!("<td>{value:.2}</td>")));
+        for value in line.percentiles_us {
+            let _ = write!(rows, "<td>{value:.2}</td>");
+        }
         let _ = writeln!(rows, "<td>{:.2}</td><td>{}</td></tr>", line.max_us, escape(&ratio(line)));
     }
     let head = PERCENTILES.iter().fold(String::new(), |text, (name, _)| text + "<th>" + name + "</th>");

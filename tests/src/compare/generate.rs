@@ -170,9 +170,9 @@ impl<'a> Plan<'a> {
         for level in [true, false] {
             let row = self.row();
             if is_error {
-                row.aie = Some(level)
+                row.aie = Some(level);
             } else {
-                row.ais = Some(level)
+                row.ais = Some(level);
             }
             if level {
                 self.now += length;

@@ -70,7 +70,7 @@ fn free_port() -> SocketAddr {
     UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port")
 }
 
-fn commanded<'a>(folder: &'a Folder, gateway: SocketAddr) -> Running<'a> {
+fn commanded(folder: &Folder, gateway: SocketAddr) -> Running<'_> {
     fs::copy(axis_file(), folder.file("axis.toml")).expect("copied");
     let machine = format!(
         "[producer]\ngateway = \"{gateway}\"\n[[axis]]\nnumber = 1\nparameters = \"axis.toml\"\nbus = \

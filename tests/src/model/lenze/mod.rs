@@ -143,7 +143,7 @@ impl Lenze {
             let on = self.is_on(number);
             match (self.parameters.sub(15_031, number), self.parameters.sub(15_032, number)) {
                 (0, function @ 0..=8) if !on => {
-                    demands.functions = demands.functions.with(function as u8, true)
+                    demands.functions = demands.functions.with(function as u8, true);
                 }
                 (1, _) => demands.emergency |= !on,
                 (2, _) => demands.special |= self.selects_special(number, on),
@@ -225,9 +225,8 @@ impl Lenze {
     /// Which stops are requested (LNZ-OMS-02, LNZ-OMS-07, LNZ-OMS-10, LNZ-SSE-01).
     fn stop_requests(&self, demands: &Demands, differs: bool) -> stops::Requests {
         let of_special = (!self.special.confirmed).then(|| self.parameters.reaction(15_200, 0));
-        let simple = |bit: u8, target: Target| match self.special.active {
-            true => of_special == Some(target),
-            false => demands.functions.bit(bit),
+        let simple = |bit: u8, target: Target| {
+            if self.special.active { of_special == Some(target) } else { demands.functions.bit(bit) }
         };
         let emergency_is_ss1 = self.parameters.code(15_205) == 1;
         stops::Requests {
