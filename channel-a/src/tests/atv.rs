@@ -128,7 +128,7 @@ fn the_fifth_violation_needs_a_restart() {
 
 #[test]
 fn sls_type_2_follows_its_ramp_and_keeps_its_threshold() {
-    // ATV-SLST2-01, ATV-SLST2-02, ATV-SLST2-03
+    // ATV-SLST2-01, ATV-SLST2-02, ATV-SLST2-03, ATV-SEQ-04
     let mut bench = bench(&[]);
     bench.ride(9, |_| hz(40.0));
     bench.word = PERMIT | SLS;
@@ -141,7 +141,7 @@ fn sls_type_2_follows_its_ramp_and_keeps_its_threshold() {
 
 #[test]
 fn sls_below_standstill_is_sto_without_error_until_it_is_deselected() {
-    // ATV-SLST2-06, ATV-SLST2-07
+    // ATV-SLST2-06, ATV-SLST2-07, ATV-SEQ-05
     let mut bench = bench(&[]);
     bench.word = PERMIT | SLS;
     assert_eq!(bench.until(999).stop, Stop::None);
@@ -153,7 +153,7 @@ fn sls_below_standstill_is_sto_without_error_until_it_is_deselected() {
 
 #[test]
 fn sls_type_3_executes_ss1_above_its_threshold() {
-    // ATV-SLST3-01, ATV-SLST3-05
+    // ATV-SLST3-01, ATV-SLST3-05, ATV-SEQ-06
     let mut bench = bench(&[(39, 3)]);
     bench.ride(9, |_| hz(40.0));
     bench.word = PERMIT | SLS;
@@ -166,7 +166,7 @@ fn sls_type_3_executes_ss1_above_its_threshold() {
 
 #[test]
 fn sms_has_three_modes() {
-    // ATV-SMS-03, ATV-SMS-04, ATV-SMS-07, ATV-SMS-08
+    // ATV-SMS-03, ATV-SMS-04, ATV-SMS-07, ATV-SMS-08, ATV-SEQ-09
     let set = |mode| [(56, mode), (57, 450), (58, 450), (59, 350), (60, 350)];
     let judge = |mode, word, frequency| {
         let mut bench = bench(&set(mode));
@@ -215,4 +215,25 @@ fn levels_of_sls_above_sms_are_refused() {
     // ATV-SLS-04
     let report = bench(&[(56, 1), (57, 250), (58, 450)]).until(1);
     assert_eq!((report.phase, report.errors.codes[0].code), (Phase::Refused, 0x032));
+}
+
+#[test]
+fn the_longest_way_of_ss1_ends_at_its_standstill_level() {
+    // ATV-EX-14: 5 ms + (50 + 5 - 5) Hz / 10 Hz/s, without the bus; ATV-SEQ-01
+    let mut bench = bench(&[]);
+    bench.ride(9, |_| hz(50.0));
+    bench.word = PERMIT | SS1;
+    let line = |t: f64| hz(50.0 - 0.01 * (t - 15.0).max(0.0));
+    let at = bench.first(6_000, line, |report| report.stop == Stop::Sto);
+    assert!(at.is_some_and(|at| at <= 10 + 5 + 5_000), "{at:?}");
+    assert!(bench.until(bench.k).errors.is_empty());
+}
+
+#[test]
+fn sls_from_standstill_goes_on_when_the_level_is_reached_in_time() {
+    // ATV-SEQ-05
+    let mut bench = bench(&[]);
+    bench.word = PERMIT | SLS;
+    let report = bench.ride(1_500, |t| if t < 900.0 { 0.0 } else { hz(10.0) });
+    assert_eq!((report.stop, report.errors.is_empty(), report.status.bit(9)), (Stop::None, true, true));
 }

@@ -50,7 +50,7 @@ fn sto_is_left_by_the_restart_acknowledge_of_the_bus() {
 
 #[test]
 fn ss1_waits_its_full_time_and_judges_the_window_then() {
-    // LNZ-SS1-03, LNZ-SS1-04
+    // LNZ-SS1-03, LNZ-SS1-04, LNZ-EX-28
     for (rpm, expected) in [(20.0, &[] as &[(u32, u32, u32, u32)]), (20.001, &[(97, 0, 0, 0)])] {
         let mut bench = bench(&[]);
         bench.ride(9, |_| 1_000.0);
@@ -106,7 +106,7 @@ fn the_ramp_is_held_for_a_tenth_and_falls_to_zero() {
 
 #[test]
 fn ss2_goes_to_sos_and_keeps_the_position() {
-    // LNZ-SS2-01, LNZ-SOS-01, LNZ-SOS-05
+    // LNZ-SS2-01, LNZ-SOS-01, LNZ-SOS-05, LNZ-EX-29
     let mut bench = bench(&[]);
     bench.travel = false;
     bench.until(9);
@@ -121,7 +121,7 @@ fn ss2_goes_to_sos_and_keeps_the_position() {
 
 #[test]
 fn a_stop_to_sto_returns_to_sos_at_once() {
-    // LNZ-SOS-04, LNZ-PRIO-04
+    // LNZ-SOS-04, LNZ-PRIO-04, LNZ-EX-11
     let mut bench = bench(&[]);
     bench.travel = false;
     bench.word = without(2);
@@ -164,7 +164,7 @@ fn a_speed_that_stays_too_high_is_sto_after_the_response_time() {
 
 #[test]
 fn sdi_counts_from_the_furthest_position() {
-    // LNZ-SDI-03, DEC-49
+    // LNZ-SDI-03, LNZ-EX-31, DEC-49
     let mut bench = bench(&[(15_342, 0, 50), (15_343, 0, 0)]);
     bench.travel = false;
     bench.word = without(7);
@@ -340,4 +340,38 @@ fn what_a_parameter_adds_is_no_request() {
     assert_eq!(bench.until(5).requested.0[0], 0);
     bench.word = (without(3) & !(1 << 24)) | OMS | ES;
     assert_eq!(bench.until(6).requested.0[0], 1 << 3);
+}
+
+#[test]
+fn a_higher_stop_ends_a_lower_one_and_not_the_other_way_round() {
+    // LNZ-EX-35
+    let then = |first: u32, second: u32| {
+        let mut bench = bench(&[]);
+        bench.word = without(first);
+        bench.until(10);
+        bench.word &= without(second);
+        bench.until(11).stop
+    };
+    assert_eq!([then(1, 0), then(2, 0)], [Stop::Sto; 2]);
+    assert_eq!([then(2, 1), then(1, 2)], [Stop::Ss1; 2]);
+}
+
+#[test]
+fn the_level_of_special_operation_is_a_parameter() {
+    // LNZ-EX-12, LNZ-EX-13: a key switch closes for it, a safety door opens
+    for (at_low, low_is_special) in [(0, false), (1, true)] {
+        let set = [
+            (15_030, 1, 2),
+            (15_031, 1, 2),
+            (15_032, 1, 9),
+            (15_113, 0, !(1_i64 << 11)),
+            (15_202, 0, at_low),
+        ];
+        let mut bench = bench(&set);
+        bench.lines[0] = false;
+        let low = bench.until(20).status.bit(29);
+        bench.lines[0] = true;
+        let high = bench.until(40).status.bit(29);
+        assert_eq!((low, high), (low_is_special, !low_is_special));
+    }
 }
