@@ -188,6 +188,12 @@ fn atv_cores_agree_with_the_model() {
 
 /// Design 12
 #[test]
+fn etg_cores_agree_with_the_model() {
+    compare_seeds(Profile::Etg61002, 0..100);
+}
+
+/// Design 12
+#[test]
 #[ignore = "long: SAFEPAIR_SEEDS=n, 1000 by default"]
 fn long_amk_cores_agree_with_the_model() {
     compare_long(Profile::AmkKw);

@@ -217,11 +217,7 @@ fn atv(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
         high(atv340::control::SS1, Some(by_ss1)),
         high(atv340::control::SLS, Some(by_sls)),
     ];
-    // With one threshold the bit has no effect by the catalogue's table; the channels still
-    // refuse it there.
-    if set[&56] >= 2 {
-        hints.requests.push(high(atv340::control::SMS_SWITCH, None));
-    }
+    hints.requests.push(high(atv340::control::SMS_SWITCH, None));
     (set, hints)
 }
 
@@ -238,6 +234,9 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
     set.insert(etg_key(etg::SMS, 1, etg::sms::VELOCITY_MAXIMUM_POSITIVE), maximum);
     set.insert(etg_key(etg::SMS, 1, etg::sms::VELOCITY_MAXIMUM_NEGATIVE), maximum);
     hints.limit(maximum.into());
+    // A second instance of SS1 or SS2 beside a running one is not generated: the channels brake
+    // one instance at a time (against ETG-GEN-12). Each scenario requests one of the two.
+    let stopping = random.between(1, 2) as u32;
     for (bit, instance) in [(c::SS1_1, 1), (c::SS1_2, 2)] {
         let window = random.between(1, 60) as i32;
         let keys = [
@@ -253,7 +252,9 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
                 random.between(1, 100) as i32,
             );
         }
-        hints.requests.push(Request { approach: Some(approach), ..low(bit) });
+        if instance == stopping {
+            hints.requests.push(Request { approach: Some(approach), ..low(bit) });
+        }
     }
     for (bit, sos_bit, instance) in [(c::SS2_1, c::SOS_1, 1), (c::SS2_2, c::SOS_2, 2)] {
         let window = random.between(1, 60) as i32;
@@ -273,7 +274,9 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
             random.between(0, 1) as i32,
         );
         hints.limit(window.into());
-        hints.requests.push(Request { approach: Some(approach), ..low(bit) });
+        if instance == stopping {
+            hints.requests.push(Request { approach: Some(approach), ..low(bit) });
+        }
         hints.requests.push(low(sos_bit));
     }
     for (bit, instance) in [(c::SLS_1, 1), (c::SLS_2, 2), (c::SLS_3, 3), (c::SLS_4, 4)] {
@@ -285,7 +288,7 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
         ];
         let approach = etg_ramp(&mut set, random, (etg::SLS, instance), keys, i64::from(limit));
         set.insert(etg_key(etg::SLS, instance, etg::sls::VELOCITY_LIMIT), limit);
-        set.insert(etg_key(etg::SLS, instance, etg::sls::ERROR_REACTION), etg_reaction(random));
+        set.insert(etg_key(etg::SLS, instance, etg::sls::ERROR_REACTION), etg_reaction(random, stopping));
         hints.limit(limit.into());
         hints.requests.push(Request { approach: Some(approach), ..low(bit) });
     }
@@ -300,23 +303,23 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
         let approach = etg_ramp(&mut set, random, (etg::SSR, instance), keys, i64::from(upper));
         set.insert(etg_key(etg::SSR, instance, etg::ssr::VELOCITY_UPPER_LIMIT), upper);
         set.insert(etg_key(etg::SSR, instance, etg::ssr::VELOCITY_LOWER_LIMIT), lower);
-        set.insert(etg_key(etg::SSR, instance, etg::ssr::ERROR_REACTION), etg_reaction(random));
+        set.insert(etg_key(etg::SSR, instance, etg::ssr::ERROR_REACTION), etg_reaction(random, stopping));
         hints.limits.extend([i64::from(upper) * 1000, i64::from(lower) * 1000]);
         hints.requests.push(Request { approach: Some(approach), ..low(bit) });
     }
-    etg_positions(&mut set, random);
+    etg_positions(&mut set, random, stopping);
     hints.requests.extend([c::SLP_1, c::SLI_1, c::SLT_1, c::SAR_1, c::SDIP, c::SDIN].map(low));
     hints.accelerations = vec![0, 3000, -2000];
     hints.torques = vec![0, 80, -60];
     (set, hints)
 }
 
-fn etg_positions(set: &mut BTreeMap<u32, i32>, random: &mut Random) {
+fn etg_positions(set: &mut BTreeMap<u32, i32>, random: &mut Random, stopping: u32) {
     let size = |random: &mut Random| random.between(100, 500_000) as i32;
     set.extend([
         (etg_key(etg::SLP, 1, etg::slp::POSITION_UPPER_LIMIT), size(random)),
         (etg_key(etg::SLP, 1, etg::slp::POSITION_LOWER_LIMIT), -size(random)),
-        (etg_key(etg::SLP, 1, etg::slp::ERROR_REACTION), etg_reaction(random)),
+        (etg_key(etg::SLP, 1, etg::slp::ERROR_REACTION), etg_reaction(random, stopping)),
         (etg_key(etg::SLI, 1, etg::sli::POSITION_RELATIVE_UPPER_LIMIT), size(random)),
         (etg_key(etg::SLI, 1, etg::sli::POSITION_RELATIVE_LOWER_LIMIT), size(random)),
         (etg_key(etg::SLT, 1, etg::slt::TORQUE_LIMIT_POSITIVE_DIRECTION), 800),
@@ -332,8 +335,10 @@ fn etg_positions(set: &mut BTreeMap<u32, i32>, random: &mut Random) {
     ]);
 }
 
-fn etg_reaction(random: &mut Random) -> i32 {
-    random.pick(&[reference(etg::STO, 1), reference(etg::SS1, 1), reference(etg::SS2, 1), 0])
+/// Reaction `none` (0) is not generated: what a function violated so does at the acknowledge, and
+/// whether its error holds STO, differs between A, B and the model (ETG-ERR-04, DEC-12, DEC-15).
+fn etg_reaction(random: &mut Random, stopping: u32) -> i32 {
+    random.pick(&[reference(etg::STO, 1), reference(etg::SS1, stopping), reference(etg::SS2, stopping)])
 }
 
 /// Time, slope and delay of an instance; two of three monitor the line.
