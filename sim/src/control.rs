@@ -25,8 +25,9 @@ use crate::machine::Lines;
 use crate::replay::Bits;
 use crate::trace::{Fault, Faults};
 
-/// Milliseconds each level of a pulse lasts: longer than any bus cycle.
-const PULSE_MS: u64 = 20;
+/// Milliseconds each level of a pulse lasts: longer than any bus cycle, and than what a host
+/// stalls now and then.
+const PULSE_MS: u64 = 60;
 
 /// One instruction.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -307,7 +308,7 @@ mod tests {
         let mut control = control();
         take(&mut control, r#"{"set":[7]}"#).expect("sound");
         take(&mut control, r#"{"acknowledge":true}"#).expect("sound");
-        let mut levels: Vec<_> = (1_000..1_070).map(|t| control.show(t).0.bit(7)).collect();
+        let mut levels: Vec<_> = (1_000..1_190).map(|t| control.show(t).0.bit(7)).collect();
         levels.dedup();
         assert_eq!(levels, [false, true, false, true], "and then as it stood");
     }

@@ -100,6 +100,9 @@ pub enum Active {
 pub struct Stops {
     plans: [Option<Plan>; STOPS],
     active: Active,
+    /// Further SS1 requested while one brakes: each by its own time (ETG-GEN-12); the first that
+    /// ends, ends all.
+    beside: [Option<Progress>; STOPS],
     held: u8,
     sto_since_ns: u64,
     ended: Option<u8>,
@@ -174,6 +177,10 @@ impl Stops {
             // DEC-13: aborted, and remembered as long as it is requested.
             self.held &= !bit(place);
         }
+        for (place, further) in (0..).zip(&self.beside) {
+            self.held |= if further.is_some() { bit(place) } else { 0 };
+        }
+        self.beside = [None; STOPS];
         if !self.is_sto() {
             self.sto_since_ns = now_ns;
             self.ended = None;
@@ -222,6 +229,7 @@ impl Stops {
         let cancelled = demand.release & !(demand.sto | demand.blocked);
         if cancelled {
             self.active = Active::None;
+            self.beside = [None; STOPS];
             self.restart_pending = false;
             return;
         }
@@ -275,9 +283,24 @@ impl Stops {
         (held != 0) && (0..STOPS as u8).any(|place| (held & bit(place) != 0) & (self.rank_of(place) == 2))
     }
 
-    /// Starts the stop at `place` unless something as high runs (DEC-13).
+    /// Starts the stop at `place` unless something as high runs (DEC-13); a further SS1 runs
+    /// beside the one that does.
     pub fn start(&mut self, place: u8, sample: &Sample) {
+        let further = match self.active {
+            Active::Braking(other, _) if other != place => {
+                (self.rank_of(other), self.rank_of(place)) == (2, 2)
+            }
+            _ => false,
+        };
+        if let (true, Some(entry)) = (further, self.beside.get_mut(usize::from(place))) {
+            entry.get_or_insert(Progress::begin(sample.now_ns, sample.speed));
+            return;
+        }
         if self.rank_of(place) > self.rank() {
+            if let Active::Standing(aborted, _) = self.active {
+                // DEC-13: aborted, and remembered as long as it is requested.
+                self.held &= !bit(aborted);
+            }
             self.active = Active::Braking(place, Progress::begin(sample.now_ns, sample.speed));
         }
     }
@@ -301,7 +324,8 @@ impl Stops {
                     self.enter_sto(sample.now_ns);
                     return [None; 2];
                 };
-                self.brake(place, progress, &plan, sample)
+                let found = self.brake(place, progress, &plan, sample);
+                self.brake_beside(found, sample)
             }
             Active::Standing(place, position) => {
                 let plan = self.plan(place).copied().unwrap_or_default();
@@ -342,6 +366,38 @@ impl Stops {
                 self.stand(plan, sample.position, sample)
             }
         }
+    }
+
+    /// The further SS1, each within its own limits; nothing of them is left when no stop brakes.
+    fn brake_beside(&mut self, mut found: [Option<Violation>; 2], sample: &Sample) -> [Option<Violation>; 2] {
+        for place in 0..STOPS as u8 {
+            if !matches!(self.active, Active::Braking(..)) {
+                self.beside = [None; STOPS];
+                return found;
+            }
+            let entry = self.beside.get(usize::from(place)).copied().flatten();
+            let Some((mut progress, plan)) = entry.zip(self.plan(place).copied()) else { continue };
+            let stage = progress.step(&plan.approach, sample.now_ns, sample.speed);
+            if let Some(entry) = self.beside.get_mut(usize::from(place)) {
+                *entry = Some(progress);
+            }
+            let outside = plan.approach.window.left_by(sample.speed).filter(|_| plan.judged_at_end);
+            let left = match (stage, outside) {
+                (Stage::Under, _) => continue,
+                (Stage::Violated(side), _) => Some((Part::Ramp, side)),
+                (Stage::Arrived, Some(side)) => Some((Part::End, side)),
+                (Stage::Arrived, None) => None,
+            };
+            self.enter_sto(sample.now_ns);
+            if let Some((part, side)) = left {
+                let violation = Violation { function: plan.function, part, side, position: false };
+                let room = if found[0].is_none() { &mut found[0] } else { &mut found[1] };
+                *room = Some(violation);
+            } else {
+                self.ended = Some(place);
+            }
+        }
+        found
     }
 
     fn fail(&mut self, reaction: Reaction, sample: &Sample) {

@@ -2,6 +2,7 @@
 
 use shm_schema::exchange::Start;
 use shm_schema::facts::etg as f;
+use shm_schema::facts::etg_6100_2::control as f_control;
 use shm_schema::profile::{Profile, common, etg_key, reference};
 use shm_schema::report::{Phase, Stop};
 
@@ -70,6 +71,37 @@ fn ss1_outside_its_zero_window_at_its_time_is_an_error() {
     bench.ride(9, |_| 1_000.0);
     bench.word = without(1);
     assert_eq!(bench.first(900, |_| 11.0, |report| report.status.bit(7)), Some(410));
+}
+
+#[test]
+fn two_ss1_run_side_by_side_and_the_first_that_ends_is_sto() {
+    // ETG-SEQ-01, ETG-GEN-12: the timer of each from its own request
+    let entries = [(f::SS1, 1, f::ss1::TIME_TO_STO, 100), (f::SS1, 2, f::ss1::TIME_TO_STO, 2_000)];
+    let mut bench = bench(&[entries[0], entries[1], (f::STO, 1, f::sto::RESTART_ACKNOWLEDGE_BEHAVIOR, 0)]);
+    bench.ride(9, |_| 500.0);
+    bench.word = without(f_control::SS1_2.into());
+    bench.ride(109, |_| 500.0);
+    assert!(bench.until(110).driving);
+    bench.word = without(f_control::SS1_2.into()) & without(1);
+    assert_eq!(bench.first(900, |_| 500.0, |report| report.status.bit(0)), Some(211));
+    // Both have run here: the one that is still requested holds STO (DEC-11).
+    bench.word = without(f_control::SS1_2.into());
+    bench.until(400);
+    assert!(!bench.until(401).driving);
+}
+
+#[test]
+fn an_ss2_aborted_by_an_ss1_starts_again_when_sto_is_left() {
+    // DEC-13: the lower one is remembered as long as it is requested
+    let entries = [(f::SS1, 1, f::ss1::TIME_TO_STO, 100), (f::SS2, 1, f::ss2::TIME_TO_SOS, 50)];
+    let mut bench = bench(&[entries[0], entries[1], (f::STO, 1, f::sto::RESTART_ACKNOWLEDGE_BEHAVIOR, 0)]);
+    bench.until(9);
+    bench.word = without(2);
+    assert_eq!(bench.until(100).stop, Stop::Sos);
+    bench.word = without(2) & without(1);
+    assert_eq!(bench.until(300).stop, Stop::Sto);
+    bench.word = without(2);
+    assert_eq!(bench.until(303).stop, Stop::Ss2, "torque, but only with the stop that is asked for");
 }
 
 #[test]

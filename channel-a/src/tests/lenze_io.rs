@@ -115,8 +115,8 @@ fn a_restart_that_does_not_come_round_the_cascade_is_108() {
     trip(&mut bench);
     bench.word = NEUTRAL | AIS;
     let at = bench.k;
-    assert_eq!(codes(&bench.until(at + 1_000)), []);
-    let report = bench.until(at + 1_001);
+    assert_eq!(codes(&bench.until(at + 1_400)), []);
+    let report = bench.until(at + 1_401);
     assert_eq!((codes(&report).as_slice(), report.stop), ([(108, 0, 0, 0)].as_slice(), Stop::Sto));
     assert_eq!(driven(&mut bench), 0);
     assert_eq!(codes(&press(&mut bench, AIE)), []);

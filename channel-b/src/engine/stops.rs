@@ -64,6 +64,9 @@ pub struct Stops {
     interrupted: u16,
     /// Requests of this cycle.
     requests: u16,
+    /// Further SS1 requested while one brakes, each in its own envelope since its own request
+    /// (ETG-GEN-12); the first that ends, ends all.
+    beside: [Option<Record>; STOPS_MAX],
     /// How long the STO of a finished stop lasts at least, ns (DEC-48).
     sto_least_ns: u64,
 }
@@ -81,6 +84,7 @@ impl Stops {
             held: Twin::new(0),
             interrupted: 0,
             requests: 0,
+            beside: [None; STOPS_MAX],
             sto_least_ns: 0,
         }
     }
@@ -231,6 +235,7 @@ impl Stops {
         }
         self.select(demand, now, motion);
         self.judge(now, motion, found);
+        self.judge_beside(now, motion, found);
     }
 
     /// STO ends what runs. An SS1 has its end state then: while the request that it had stands,
@@ -276,11 +281,60 @@ impl Stops {
             Some(End::Sos) => self.first(demand.stops, End::Sto),
             None => self.first(demand.stops, End::Sto).or(self.first(demand.stops, End::Sos)),
         };
+        if running == Some(End::Sto) || next.is_some_and(|place| self.ends_in_sto(place)) {
+            self.select_beside(demand.stops, next.or(self.place()), now, motion);
+        }
         if let Some(place) = next {
             let record = Record::begin(now, motion);
             let resumes = self.at(place).is_some_and(|stop| stop.resumes);
             let was_interrupted = self.interrupted >> (place & 15) & 1 == 1;
             self.active = Some((place, if resumes & was_interrupted { record.landed() } else { record }));
+        }
+    }
+
+    fn ends_in_sto(&self, place: u8) -> bool {
+        self.at(place).is_some_and(|stop| stop.end == End::Sto)
+    }
+
+    fn select_beside(&mut self, asked: u16, first: Option<u8>, now: u64, motion: &Motion) {
+        for place in 0..STOPS_MAX as u8 {
+            let is_asked = asked >> (place & 15) & 1 == 1;
+            let is_further = is_asked & (first != Some(place)) & self.ends_in_sto(place);
+            if let (true, Some(entry)) = (is_further, self.beside.get_mut(usize::from(place))) {
+                entry.get_or_insert(Record::begin(now, motion));
+            }
+        }
+    }
+
+    /// As the one that brakes: a breach or the end of a further SS1 is STO.
+    fn judge_beside(&mut self, now: u64, motion: &Motion, found: &mut dyn FnMut(u8, &Spec, Breach, Phase)) {
+        for place in 0..STOPS_MAX as u8 {
+            let brakes = self.running().is_some_and(|(stop, _)| stop.end == End::Sto);
+            if !brakes {
+                self.beside = [None; STOPS_MAX];
+                return;
+            }
+            let entry = self.beside.get(usize::from(place)).copied().flatten();
+            let Some((mut record, stop)) = entry.zip(self.at(place).copied()) else { continue };
+            let verdict = record.judge(&stop.spec, now, motion);
+            record.note(&stop.spec, &verdict, now, motion);
+            if let Some(entry) = self.beside.get_mut(usize::from(place)) {
+                *entry = Some(record);
+            }
+            let is_over = (verdict.phase == Phase::Window) | verdict.breach.is_some();
+            if !is_over {
+                continue;
+            }
+            // The one that ran holds STO by its request as well.
+            let first = self.place().map_or(0, |first| 1_u16 << (first & 15));
+            self.active = None;
+            self.hold(first | 1 << (place & 15));
+            if let Some(breach) = verdict.breach {
+                self.enter_sto(0, now);
+                found(place, &stop.spec, breach, verdict.phase);
+            } else {
+                self.enter_sto(1 << (place & 15), now);
+            }
         }
     }
 

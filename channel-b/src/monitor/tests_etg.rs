@@ -42,6 +42,23 @@ fn run(rig: &mut Rig, word: u32, speed: impl Fn(i64) -> i64 + Copy) -> (Option<u
     (end.map(|end| end - begin), rig.last[1].as_ref().map(codes).unwrap_or_default())
 }
 
+/// ETG-SEQ-01, ETG-GEN-12: each SS1 by its own time since its own request; the first that ends is STO.
+#[test]
+fn two_ss1_run_side_by_side() {
+    let mut rig = set(&[AUTOMATIC, (etg::SS1, 1, 1, 100), (etg::SS1, 2, 1, 2_000)]);
+    let later = without(&[control::SS1_2]);
+    let both = without(&[control::SS1_1, control::SS1_2]);
+    rig.world.speed = 500_000;
+    rig.step();
+    let begin = rig.cycle;
+    let drive = move |cycle: u64, world: &mut World| {
+        world.word = if cycle < begin + 100 { later } else { both };
+        world.speed = 500_000;
+    };
+    let end = rig.until(drive, |o| o.report.stop == Stop::Sto);
+    assert_eq!(end.map(|end| end - begin), Some(200));
+}
+
 /// ETG-SS1-01, ETG-SS1-02, ETG-SS1-11.
 #[test]
 fn ss1_by_time_ends_at_its_time_or_after_the_dwell_time() {

@@ -11,7 +11,7 @@ use std::{
 
 use super::{Ended, Plan, Set};
 use crate::master::Master;
-use crate::watch::Watch;
+use crate::watch::{Frame, Watch, now_ns};
 
 /// A stop that has not begun by then was not heard: STO.
 const BEGIN: Duration = Duration::from_millis(500);
@@ -45,7 +45,7 @@ pub fn brake(set: &mut Set, plan: &Plan, stop: &AtomicBool) -> Ended {
             return Ended::Process(role, status);
         }
         let frames: Vec<_> = watches.iter().filter_map(Watch::now).collect();
-        let moving = frames.iter().any(|frame| frame.readback.1.path_a | frame.readback.1.path_b);
+        let moving = frames.iter().any(is_on);
         let heard = frames.iter().all(|frame| frame.a.stop != shm_schema::report::Stop::None);
         let ignored = !heard && start.elapsed() > BEGIN;
         if !moving || ignored {
@@ -56,6 +56,13 @@ pub fn brake(set: &mut Set, plan: &Plan, stop: &AtomicBool) -> Ended {
     Ended::Asked
 }
 
+/// A path that reads on, and not from a producer that has stopped saying so.
+fn is_on(frame: &Frame) -> bool {
+    let age_ns = now_ns().saturating_sub(frame.readback.0);
+    let said = age_ns < BEGIN.as_nanos() as u64;
+    said & (frame.readback.1.path_a | frame.readback.1.path_b)
+}
+
 fn watch(set: &Set, axis: u8) -> Option<Watch> {
     Watch::open(set.domain()?, axis).ok()
 }
@@ -63,8 +70,9 @@ fn watch(set: &Set, axis: u8) -> Option<Watch> {
 /// The names of the stop differ by profile; what has none of them ends in STO at once.
 fn request(plan: &Plan, axis: u8) {
     let Ok(master) = Master::connect(&plan.folder, axis) else { return };
-    let asked = ["SS1", "SS1_1", "STO"].iter().any(|name| master.request(name).is_ok());
+    // First the one that shows whether anybody listens.
     let turned = master.set_point(0.0);
+    let asked = turned.is_ok() && ["SS1", "SS1_1", "STO"].iter().any(|name| master.request(name).is_ok());
     if !asked | turned.is_err() {
         tracing::warn!("axis {axis}: the simulated master does not take SS1; STO at once");
     }

@@ -31,8 +31,8 @@ const SS2: u8 = 1;
 const PAIRS: usize = 4;
 /// Restart of a cascade after its acknowledgement, ns (LNZ-CAS-06).
 const CASCADE_RESTART_NS: u64 = 100 * MILLISECOND;
-/// Longest time until the restart has gone round the cascade, ns (DEC-46).
-const CASCADE_ROUND_NS: u64 = 1_000 * MILLISECOND;
+/// A restart comes round a cascade in this time at the latest: 100 drives of 14 ms each (LNZ-CAS-13, DEC-46).
+const CASCADE_ROUND_NS: u64 = 1_400 * MILLISECOND;
 /// Functions of the control word that are requested by 0.
 const ACTIVE_LOW: u32 = 0x0080_01FF;
 const NEUTRAL: u32 = 0x0180_01FF;
