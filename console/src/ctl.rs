@@ -9,15 +9,11 @@ use serde_json::{Value, json};
 use shm_schema::error::ErrorList;
 use shm_schema::report::Report;
 use sim::replay::{Words, code_text, status_bits};
-use sim::shm::Domain;
 
 use crate::master::Master;
 use crate::report::{bad_input, fell_short};
 use crate::run::RunFolder;
-use crate::watch::{Frame, Watch};
-
-/// Longest wait for the shared memory of a set.
-const OPEN_DEADLINE: Duration = Duration::from_secs(2);
+use crate::watch::{Frame, Watch, domain_of};
 
 /// Commands and asks a running set.
 #[derive(Debug, clap::Args)]
@@ -133,9 +129,9 @@ fn status(args: &Args, folder: &RunFolder) -> ExitCode {
         Ok(sets) => sets,
         Err(line) => return fell_short(&line),
     };
-    let domain = match Domain::open(&folder.place(1), OPEN_DEADLINE) {
+    let domain = match domain_of(folder) {
         Ok(domain) => domain,
-        Err(error) => return fell_short(&format!("no set runs in this folder: {error}")),
+        Err(line) => return fell_short(&line),
     };
     let mut seen = Vec::new();
     for set in &sets {

@@ -11,15 +11,11 @@ use std::{
     time::Duration,
 };
 
-use sim::shm::Domain;
-
 use crate::ctl::{as_json, in_words, sets};
 use crate::report::fell_short;
 use crate::run::{RunFolder, stop_flag};
-use crate::watch::Watch;
+use crate::watch::{Watch, domain_of};
 
-/// Longest wait for the shared memory of a set.
-const OPEN_DEADLINE: Duration = Duration::from_secs(2);
 /// Clear the screen, cursor to the top left.
 const CLEAR: &str = "\x1b[H\x1b[J";
 
@@ -51,7 +47,7 @@ pub fn run(args: &Args) -> ExitCode {
 fn look(args: &Args) -> Result<(), String> {
     let folder = RunFolder::new(args.run_dir.clone());
     let sets = sets(&folder, None)?;
-    let domain = Domain::open(&folder.place(1), OPEN_DEADLINE).map_err(|error| error.to_string())?;
+    let domain = domain_of(&folder)?;
     let open = |axis: u8| Watch::open(&domain, axis).map_err(|error| error.to_string());
     let watches = sets.iter().map(|set| open(set.number)).collect::<Result<Vec<_>, _>>()?;
     let stop = stop_flag();

@@ -14,6 +14,10 @@ use shm_schema::error::{ErrorCode, ErrorList};
 use shm_schema::{agreement::Agreement, cell::Kind, encoder::Encoder, inhibit::Readback, report::Report};
 use sim::shm::{CellReader, Domain, DomainError};
 
+use crate::run::RunFolder;
+
+/// Longest wait for the shared memory of a set.
+const OPEN_DEADLINE: Duration = Duration::from_secs(2);
 /// Faster than the cycle, so that no report is missed for long.
 const POLL: Duration = Duration::from_micros(200);
 /// Most frames kept: ten minutes at 1 kHz.
@@ -178,9 +182,27 @@ impl Frame {
     }
 }
 
-fn one<T: sim::shm::CellValue>(domain: &Domain, kind: Kind, axis: u8) -> Result<CellReader<T>, DomainError> {
+/// The reader of one cell.
+///
+/// # Errors
+/// When the service cannot be read.
+pub fn one<T: sim::shm::CellValue>(
+    domain: &Domain,
+    kind: Kind,
+    axis: u8,
+) -> Result<CellReader<T>, DomainError> {
     let mut all = domain.readers::<T>(kind, &[axis])?;
     all.pop().ok_or(DomainError::Axes)
+}
+
+/// The shared memory of the set that runs in `folder`, for reading.
+///
+/// # Errors
+/// One line: none runs there.
+pub fn domain_of(folder: &RunFolder) -> Result<Domain, String> {
+    // The nonce concerns writers only.
+    let domain = Domain::open(&folder.place(1), OPEN_DEADLINE);
+    domain.map_err(|error| format!("no set runs in this folder: {error}"))
 }
 
 /// CLOCK_MONOTONIC, ns.

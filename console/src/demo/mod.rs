@@ -13,13 +13,10 @@ use shm_schema::facts::amk_kw::status;
 use crate::master::Master;
 use crate::picture::{self, Chart, Curve, Lane};
 use crate::report::{bad_input, fell_short};
-use crate::run::{Machine, Plan, Role, RunFolder, Set, SetArgs};
+use crate::run::{Machine, Plan, Role, RunFolder, Set, SetArgs, default_machine};
 use crate::watch::{self, Frame, Recorder, Recording, Watch};
 use envelope::{Restriction, envelope, value};
 use story::{Event, Story, What};
-
-/// The parameters of the demonstration axis.
-const AXIS: &str = include_str!("axis.toml");
 
 /// A simulated axis runs, exceeds a limit, is stopped; then a channel is killed.
 #[derive(Debug, clap::Args)]
@@ -40,11 +37,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    let machine = match params::parse(AXIS, "demo/axis.toml") {
+    let machine = match default_machine() {
         Ok(machine) => machine,
-        Err(findings) => {
-            return bad_input(&findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"));
-        }
+        Err(line) => return bad_input(&line),
     };
     let folder = RunFolder::new(args.run_dir.clone());
     let plan = match args.set.plan(&Machine::of(&machine), &folder) {

@@ -14,7 +14,7 @@ use sim::shm::{CellReader, Domain};
 use super::histogram::Times;
 use crate::master::Master;
 use crate::run::{Plan, Role, Set};
-use crate::watch::{Watch, now_ns};
+use crate::watch::{Watch, now_ns, one};
 
 /// Longest wait for any single condition.
 const DEADLINE: Duration = Duration::from_secs(5);
@@ -33,14 +33,10 @@ struct Off([u64; 2]);
 
 impl Paths {
     fn open(domain: &Domain, axis: u8, cycle_ns: u64) -> Result<Self, String> {
-        let path = |kind| {
-            let readers = domain.readers::<Inhibit>(kind, &[axis]).map_err(|error| error.to_string())?;
-            readers.into_iter().next().ok_or("no axis".to_owned())
-        };
-        let command = domain.readers(Kind::Command, &[axis]).map_err(|error| error.to_string())?;
+        let path = |kind| one(domain, kind, axis).map_err(|error| error.to_string());
         Ok(Self {
             cells: [path(Kind::InhibitA)?, path(Kind::InhibitB)?],
-            command: command.into_iter().next().ok_or("no axis")?,
+            command: one(domain, Kind::Command, axis).map_err(|error| error.to_string())?,
             cycle_ns,
         })
     }
@@ -121,8 +117,7 @@ pub fn requests(set: &Set, plan: &Plan, rounds: u64, random: &mut Random) -> Res
 fn changed(paths: &Paths, before: shm_schema::word::Word) -> Result<u64, String> {
     let start = Instant::now();
     while start.elapsed() < DEADLINE {
-        if let Some((header, command)) = paths.command.read().filter(|(_, command)| command.word != before) {
-            debug_assert!(command.word != before);
+        if let Some((header, _)) = paths.command.read().filter(|(_, command)| command.word != before) {
             return Ok(header.timestamp_ns);
         }
         thread::yield_now();

@@ -14,6 +14,7 @@ use shm_schema::{agreement::Agreement, cell::Kind, encoder::Encoder, report::Rep
 use sim::shm::{CellReader, Domain, DomainError};
 
 use super::histogram::Times;
+use crate::watch::one;
 
 /// Samples remembered for the exchange time.
 const REMEMBERED: usize = 64;
@@ -129,9 +130,4 @@ impl Eyes {
     const fn behind_phase(&self, stamp_ns: u64, quarter: u64) -> u64 {
         (stamp_ns + self.cycle_ns - quarter * (self.cycle_ns / 4)) % self.cycle_ns
     }
-}
-
-fn one<T: sim::shm::CellValue>(domain: &Domain, kind: Kind, axis: u8) -> Result<CellReader<T>, DomainError> {
-    let mut all = domain.readers::<T>(kind, &[axis])?;
-    all.pop().ok_or(DomainError::Axes)
 }

@@ -59,6 +59,14 @@ impl Bus {
         panic!("{what} did not come; master {:?}; last seen:\n{}", self.master.state(), axis.in_words());
     }
 
+    /// To the Data state and to torque.
+    fn connect(&mut self, axis: &mut Axis) {
+        self.command(NEUTRAL, axis, "the Data state", |bus, _| {
+            bus.master.state() == State::Data && bus.status().is_some()
+        });
+        self.command(ACKNOWLEDGE, axis, "torque after the acknowledge", |_, axis| axis.torque());
+    }
+
     fn status(&self) -> Option<u32> {
         let inputs = self.master.inputs()?;
         Some(u32::from_le_bytes(*inputs.first_chunk()?))
@@ -94,10 +102,7 @@ fn an_fsoe_master_commands_a_set_of_real_processes_over_the_gateway() {
     let mut bus = Bus::new(gateway);
     let axis = &mut running.axis;
 
-    bus.command(NEUTRAL, axis, "the Data state", |bus, _| {
-        bus.master.state() == State::Data && bus.status().is_some()
-    });
-    bus.command(ACKNOWLEDGE, axis, "torque after the acknowledge", |_, axis| axis.torque());
+    bus.connect(axis);
     bus.command(NEUTRAL, axis, "VALID without STO in the status", |bus, _| {
         bus.status().is_some_and(|status| (status & 1 == 0) & (status >> 28 & 1 == 1))
     });
@@ -120,10 +125,7 @@ fn a_forged_frame_takes_the_torque_away() {
     let mut running = commanded(&folder, gateway);
     let mut bus = Bus::new(gateway);
     let axis = &mut running.axis;
-    bus.command(NEUTRAL, axis, "the Data state", |bus, _| {
-        bus.master.state() == State::Data && bus.status().is_some()
-    });
-    bus.command(ACKNOWLEDGE, axis, "torque after the acknowledge", |_, axis| axis.torque());
+    bus.connect(axis);
     let mut forged = bus.master.to_send().to_vec();
     forged[1] ^= 0x04;
     bus.socket.send_to(&forged, gateway).expect("sent");

@@ -232,17 +232,6 @@ impl Amk<'_> {
         step.trial
     }
 
-    /// Crosses `limit` at one rpm in a millisecond from `ms` on; the next cycle sees it.
-    fn cross(step: &mut Step, ms: f64, limit: f64, side: f64) -> f64 {
-        let ms = ms.ceil();
-        step.trial
-            .course
-            .speed(ms, limit)
-            .speed(ms + 5.0, limit + side * 5.0)
-            .speed(ms + 15.0, limit + side * 5.0);
-        ms + 1.0
-    }
-
     fn range(&self, name: &str, bit: u8, keys: [u32; 5], request: Request, side: f64) -> Trial {
         let [delay, ramp, first, second, reaction] = keys;
         let (high, low) =
@@ -258,7 +247,7 @@ impl Amk<'_> {
         let hold = at + self.value(delay) + self.value(ramp) + 50.0;
         step.trial.course.speed(hold, middle);
         let reach = hold + (limit - middle).abs().max(1.0);
-        let trip = Self::cross(&mut step, reach, limit, side);
+        let trip = step.cross(reach, limit, side);
         let (code, reaction) = self.reaction(reaction, bit);
         step.quiet(trip);
         step.violation(trip, &code, reaction);
@@ -284,7 +273,7 @@ impl Amk<'_> {
             .speed(from, side * top)
             .speed(from + 0.9 * line + 1.0, side * (limit - 1.0).max(0.0));
         let hold = from + line + 50.0;
-        let trip = Self::cross(&mut step, hold, side * limit, side);
+        let trip = step.cross(hold, side * limit, side);
         let (code, reaction) = self.reaction(reaction, bit);
         step.quiet(trip);
         step.violation(trip, &code, reaction);
@@ -302,7 +291,7 @@ impl Amk<'_> {
         self.start(&mut step, 0.0);
         let at = self.ask(&mut step, request);
         step.trial.course.speed(at + 50.0, 0.0);
-        let trip = Self::cross(&mut step, at + 60.0 + window, side * window, side);
+        let trip = step.cross(at + 60.0 + window, side * window, side);
         step.quiet(trip);
         step.violation(trip, &format!("3606/{}", 100 + u32::from(bit)), Reaction::Sto);
         self.settle(&mut step, Some(request), trip + 15.0);
@@ -328,7 +317,7 @@ impl Amk<'_> {
     fn maximum(&self, side: f64) -> Trial {
         let mut step = Step::new("SMS", format!("exceed {:.0} rpm", side * self.top), "AMK-SMS");
         self.start(&mut step, side * (self.top - 1.0).max(0.0));
-        let trip = Self::cross(&mut step, REQUEST_MS, side * self.top, side);
+        let trip = step.cross(REQUEST_MS, side * self.top, side);
         let (code, reaction) = self.reaction(68, 8);
         step.quiet(trip);
         step.violation(trip, &code, reaction);

@@ -129,18 +129,11 @@ impl Atv<'_> {
         let hold = REQUEST_MS + self.value(54) + 200.0;
         step.trial.course.speed(hold, side * begin);
         let reach = hold + (limit - begin).max(1.0);
-        let trip = Self::cross(&mut step, reach, limit, side);
+        let trip = step.cross(reach, side * limit, side);
         step.quiet(REQUEST_MS + 100.0);
         step.violation(trip, "", Reaction::Sto);
         self.settle(&mut step, trip + 15.0);
         step.trial
-    }
-
-    fn cross(step: &mut Step, ms: f64, limit: f64, side: f64) -> f64 {
-        let ms = ms.ceil();
-        step.trial.course.speed(ms, side * limit);
-        step.trial.course.speed(ms + 5.0, side * (limit + 5.0)).speed(ms + 15.0, side * (limit + 5.0));
-        ms + 1.0
     }
 
     fn maximum(&self, code: &str, key: u32, side: f64) -> Trial {
@@ -150,7 +143,7 @@ impl Atv<'_> {
         if self.axis.value(56) == 3 {
             step.trial.course.command(0.0, self.neutral | 1 << control::SMS_SWITCH);
         }
-        let trip = Self::cross(&mut step, REQUEST_MS, limit, side);
+        let trip = step.cross(REQUEST_MS, side * limit, side);
         step.quiet(trip);
         step.violation(trip, code, Reaction::Sto);
         self.settle(&mut step, trip + 15.0);

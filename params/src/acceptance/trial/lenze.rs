@@ -182,21 +182,11 @@ impl Lenze<'_> {
         step.trial.course.speed(begin, side * top);
         step.trial.course.speed(begin + (0.8 * braking).max(50.0).min(braking.max(55.0)), slow);
         let hold = REQUEST_MS + braking + 60.0;
-        let trip = Self::cross(&mut step, hold, side * limit, side);
+        let trip = step.cross(hold, side * limit, side);
         step.quiet(trip);
         step.violation(trip, &(97 + number).to_string(), self.timed(15_332, number));
         self.settle(&mut step, trip + 15.0 + self.value(15_350, 0));
         Some(step.trial)
-    }
-
-    fn cross(step: &mut Step, ms: f64, limit: f64, side: f64) -> f64 {
-        let ms = ms.ceil();
-        step.trial
-            .course
-            .speed(ms, limit)
-            .speed(ms + 5.0, limit + side * 5.0)
-            .speed(ms + 15.0, limit + side * 5.0);
-        ms + 1.0
     }
 
     fn direction(&self, name: &str, bit: u8, code: &str, side: f64) -> Trial {
@@ -226,7 +216,7 @@ impl Lenze<'_> {
         }
         let below = side * (self.top - 1.0).max(0.0);
         let mut step = self.start("SMS", format!("exceed {:.0} rpm", side * self.top), "LNZ-SMS", below);
-        let trip = Self::cross(&mut step, REQUEST_MS, side * self.top, side);
+        let trip = step.cross(REQUEST_MS, side * self.top, side);
         step.quiet(trip);
         step.violation(trip, "105", self.timed(15_321, 0));
         self.settle(&mut step, trip + 15.0 + self.value(15_350, 0));

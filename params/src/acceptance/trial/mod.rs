@@ -101,6 +101,14 @@ struct Step {
 }
 
 impl Step {
+    /// Crosses `limit` at one rpm in a millisecond from `ms` on; the next cycle sees it.
+    fn cross(&mut self, ms: f64, limit: f64, side: f64) -> f64 {
+        let ms = ms.ceil();
+        let beyond = limit + side * 5.0;
+        self.trial.course.speed(ms, limit).speed(ms + 5.0, beyond).speed(ms + 15.0, beyond);
+        ms + 1.0
+    }
+
     fn new(function: &str, action: String, source: &str) -> Self {
         let trial = Trial {
             function: function.into(),
