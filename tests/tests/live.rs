@@ -19,6 +19,8 @@ mod deaths;
 mod ending;
 #[path = "live/guards.rs"]
 mod guards;
+#[path = "live/host.rs"]
+mod host;
 #[path = "live/processes.rs"]
 mod processes;
 #[path = "live/programs.rs"]

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use sim::master::fsoe::{Config, Master, State};
 
 use crate::axis::{Axis, now_ns};
+use crate::host::judged;
 use crate::set::{Folder, Running, alone, axis_file};
 
 const ADDRESS: u16 = 3;
@@ -96,39 +97,43 @@ fn commanded(folder: &Folder, gateway: SocketAddr) -> Running<'_> {
 #[test]
 fn an_fsoe_master_commands_a_set_of_real_processes_over_the_gateway() {
     let _turn = alone();
-    let folder = Folder::new("bus");
-    let gateway = free_port();
-    let mut running = commanded(&folder, gateway);
-    let mut bus = Bus::new(gateway);
-    let axis = &mut running.axis;
+    judged("a master", || {
+        let folder = Folder::new("bus");
+        let gateway = free_port();
+        let mut running = commanded(&folder, gateway);
+        let mut bus = Bus::new(gateway);
+        let axis = &mut running.axis;
 
-    bus.connect(axis);
-    bus.command(NEUTRAL, axis, "VALID without STO in the status", |bus, _| {
-        bus.status().is_some_and(|status| (status & 1 == 0) & (status >> 28 & 1 == 1))
-    });
-    bus.command(STO_REQUESTED, axis, "STO", |bus, axis| {
-        !axis.torque() && bus.status().is_some_and(|s| s & 1 == 1)
-    });
-    bus.command(NEUTRAL, axis, "torque when the request is gone", |_, axis| axis.torque());
+        bus.connect(axis);
+        bus.command(NEUTRAL, axis, "VALID without STO in the status", |bus, _| {
+            bus.status().is_some_and(|status| (status & 1 == 0) & (status >> 28 & 1 == 1))
+        });
+        bus.command(STO_REQUESTED, axis, "STO", |bus, axis| {
+            !axis.torque() && bus.status().is_some_and(|s| s & 1 == 1)
+        });
+        bus.command(NEUTRAL, axis, "torque when the request is gone", |_, axis| axis.torque());
 
-    // DEC-18: a master that falls silent is a command of zeros, when its watchdog is over.
-    axis.expect("silence on both paths", |axis| axis.silent(Duration::from_millis(160)));
-    running.stop();
+        // DEC-18: a master that falls silent is a command of zeros, when its watchdog is over.
+        axis.expect("silence on both paths", |axis| axis.silent(Duration::from_millis(160)));
+        running.stop();
+    });
 }
 
 /// Design 9: no frame that is not the master's own reaches the functions.
 #[test]
 fn a_forged_frame_takes_the_torque_away() {
     let _turn = alone();
-    let folder = Folder::new("forged");
-    let gateway = free_port();
-    let mut running = commanded(&folder, gateway);
-    let mut bus = Bus::new(gateway);
-    let axis = &mut running.axis;
-    bus.connect(axis);
-    let mut forged = bus.master.to_send().to_vec();
-    forged[1] ^= 0x04;
-    bus.socket.send_to(&forged, gateway).expect("sent");
-    axis.expect("silence on both paths", |axis| axis.silent(Duration::from_millis(160)));
-    running.stop();
+    judged("a forged frame", || {
+        let folder = Folder::new("forged");
+        let gateway = free_port();
+        let mut running = commanded(&folder, gateway);
+        let mut bus = Bus::new(gateway);
+        let axis = &mut running.axis;
+        bus.connect(axis);
+        let mut forged = bus.master.to_send().to_vec();
+        forged[1] ^= 0x04;
+        bus.socket.send_to(&forged, gateway).expect("sent");
+        axis.expect("silence on both paths", |axis| axis.silent(Duration::from_millis(160)));
+        running.stop();
+    });
 }

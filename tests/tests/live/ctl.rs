@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 use crate::axis::Axis;
+use crate::host::judged;
 use crate::programs::safepair;
 use crate::set::{Folder, alone};
 
@@ -23,34 +24,36 @@ fn status(folder: &Folder) -> Value {
 #[test]
 fn a_running_set_is_asked_and_commanded_by_name() {
     let _turn = alone();
-    let folder = Folder::new("ctl");
-    let mut running = folder.energised(300);
-    let before = status(&folder);
-    assert_eq!((&before[0]["axis"], &before[0]["torque"]), (&Value::from(1), &Value::from(true)));
-    assert!(before[0]["speed"].as_f64().is_some_and(|rpm| rpm > 250.0), "{before}");
+    judged("safepair ctl", || {
+        let folder = Folder::new("ctl");
+        let mut running = folder.energised(300);
+        let before = status(&folder);
+        assert_eq!((&before[0]["axis"], &before[0]["torque"]), (&Value::from(1), &Value::from(true)));
+        assert!(before[0]["speed"].as_f64().is_some_and(|rpm| rpm > 250.0), "{before}");
 
-    assert_eq!(ctl(&folder, &["request", "SLS1"]).status.code(), Some(0));
-    running.axis.expect("torque under SLS1", Axis::torque);
-    assert_eq!(ctl(&folder, &["request", "STO"]).status.code(), Some(0));
-    running.axis.expect("STO", |axis| !axis.torque());
-    let stopped = status(&folder);
-    assert!(
-        stopped[0]["status_bits"].as_array().is_some_and(|bits| bits.contains(&"STO".into())),
-        "{stopped}"
-    );
-    assert_eq!(ctl(&folder, &["release", "STO", "SLS1"]).status.code(), Some(0));
-    running.axis.expect("torque when nobody asks for STO", Axis::torque);
+        assert_eq!(ctl(&folder, &["request", "SLS1"]).status.code(), Some(0));
+        running.axis.expect("torque under SLS1", Axis::torque);
+        assert_eq!(ctl(&folder, &["request", "STO"]).status.code(), Some(0));
+        running.axis.expect("STO", |axis| !axis.torque());
+        let stopped = status(&folder);
+        assert!(
+            stopped[0]["status_bits"].as_array().is_some_and(|bits| bits.contains(&"STO".into())),
+            "{stopped}"
+        );
+        assert_eq!(ctl(&folder, &["release", "STO", "SLS1"]).status.code(), Some(0));
+        running.axis.expect("torque when nobody asks for STO", Axis::torque);
 
-    let wrong = ctl(&folder, &["request", "SLX"]);
-    assert_eq!(wrong.status.code(), Some(2), "{wrong:?}");
-    let line = String::from_utf8_lossy(&wrong.stderr);
-    assert!(line.contains("\"SLX\"") & line.contains("SLS1") & (line.lines().count() == 1), "{line}");
+        let wrong = ctl(&folder, &["request", "SLX"]);
+        assert_eq!(wrong.status.code(), Some(2), "{wrong:?}");
+        let line = String::from_utf8_lossy(&wrong.stderr);
+        assert!(line.contains("\"SLX\"") & line.contains("SLS1") & (line.lines().count() == 1), "{line}");
 
-    let mut top = Command::new(safepair());
-    top.args(["top", "--count", "2", "--run-dir"]).arg(folder.run());
-    let shown = top.output().expect("safepair starts");
-    assert!(String::from_utf8_lossy(&shown.stdout).contains("axis 1 (amk-kw): TORQUE"), "{shown:?}");
-    running.stop();
+        let mut top = Command::new(safepair());
+        top.args(["top", "--count", "2", "--run-dir"]).arg(folder.run());
+        let shown = top.output().expect("safepair starts");
+        assert!(String::from_utf8_lossy(&shown.stdout).contains("axis 1 (amk-kw): TORQUE"), "{shown:?}");
+        running.stop();
+    });
 }
 
 #[test]

@@ -7,6 +7,7 @@ use nix::sys::signal::Signal;
 use system_tests::compare::random::Random;
 
 use crate::axis::now_ns;
+use crate::host::judged;
 use crate::processes;
 use crate::set::{AGES, CYCLE, Folder, Role, Running, alone};
 
@@ -52,10 +53,11 @@ fn rounds(count: u32, roles: &[Role], signal: Signal, seed: u64) {
                 resume: random.chance(50),
             };
             // The next round is the next start: it finds what this one left.
-            worst = worst.max(round_of(&folder, fault));
+            let Some(reaction) = judged(&format!("{fault:?}"), || round_of(&folder, fault)) else { continue };
+            worst = worst.max(reaction);
             left.extend(folder.remains());
         }
-        folder.start().stop();
+        judged("the next start", || folder.start().stop());
         everything_left.extend(left.into_iter().map(|path| (*role, path)));
         println!("{role:?} {signal}: last edge at most {:.1} ms after it", worst.as_secs_f64() * 1e3);
     }

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use nix::sys::signal::Signal;
 
+use crate::host::judged;
 use crate::processes;
 use crate::set::{Folder, Role, Running, alone, until};
 
@@ -21,39 +22,43 @@ const CALLS: usize = 100;
 #[test]
 fn a_running_monitor_has_no_page_faults_and_stays_small() {
     let _turn = alone();
-    let folder = Folder::new("steady");
-    let running = folder.energised(0);
-    let monitors = MONITORS.map(|role| (role, running.process(role)));
-    let before = monitors.map(|(_, pid)| processes::faults(pid));
-    // The length is what is measured over.
-    thread::sleep(WATCHED);
-    for ((role, pid), before) in monitors.into_iter().zip(before) {
-        let faults = processes::faults(pid);
-        if processes::is_locked(pid) {
-            assert_eq!(faults, before, "{role:?}: minor and major page faults in {WATCHED:?}");
-        } else {
-            println!("skipped for {role:?}: no right to lock memory, page faults {before:?}, {faults:?}");
+    judged("page faults", || {
+        let folder = Folder::new("steady");
+        let running = folder.energised(0);
+        let monitors = MONITORS.map(|role| (role, running.process(role)));
+        let before = monitors.map(|(_, pid)| processes::faults(pid));
+        // The length is what is measured over.
+        thread::sleep(WATCHED);
+        for ((role, pid), before) in monitors.into_iter().zip(before) {
+            let faults = processes::faults(pid);
+            if processes::is_locked(pid) {
+                assert_eq!(faults, before, "{role:?}: minor and major page faults in {WATCHED:?}");
+            } else {
+                println!("skipped for {role:?}: no right to lock memory, page faults {before:?}, {faults:?}");
+            }
+            let kib = processes::resident_kib(pid);
+            assert!(kib < RESIDENT_KIB, "{role:?}: {kib} KiB resident");
         }
-        let kib = processes::resident_kib(pid);
-        assert!(kib < RESIDENT_KIB, "{role:?}: {kib} KiB resident");
-    }
-    running.stop();
+        running.stop();
+    });
 }
 
 #[test]
 fn the_cycle_of_a_monitor_calls_nothing_but_the_sleep() {
     let _turn = alone();
-    let folder = Folder::new("calls");
-    let running = folder.energised(0);
-    for role in MONITORS {
-        let Some(calls) = traced(&folder, &running, role) else {
-            println!("skipped: strace is not installed or not permitted");
-            break;
-        };
-        let other: Vec<_> = calls.iter().filter(|call| !call.starts_with("clock_nanosleep(")).collect();
-        assert!(other.is_empty(), "{role:?}: in the cycle {other:?}");
-    }
-    running.stop();
+    judged("system calls", || {
+        let folder = Folder::new("calls");
+        let running = folder.energised(0);
+        for role in MONITORS {
+            let Some(calls) = traced(&folder, &running, role) else {
+                println!("skipped: strace is not installed or not permitted");
+                break;
+            };
+            let other: Vec<_> = calls.iter().filter(|call| !call.starts_with("clock_nanosleep(")).collect();
+            assert!(other.is_empty(), "{role:?}: in the cycle {other:?}");
+        }
+        running.stop();
+    });
 }
 
 /// The system calls of the thread that runs the cycle, which is the first of its process.
