@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 pub mod control;
+pub mod host;
 pub mod machine;
 pub mod master;
 pub mod motor;

@@ -3,12 +3,14 @@
 mod envelope;
 mod story;
 
+use std::time::{Duration, Instant};
 use std::{fs, path::PathBuf, process::ExitCode};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plotters::style::RGBColor;
 use shm_schema::facts::amk_kw::status;
+use sim::host::{BORNE, Witness};
 
 use crate::master::Master;
 use crate::picture::{self, Chart, Curve, Lane};
@@ -17,6 +19,12 @@ use crate::run::{Machine, Plan, Role, RunFolder, Set, SetArgs, default_machine};
 use crate::watch::{self, Frame, Recorder, Recording, Watch};
 use envelope::{Restriction, envelope, value};
 use story::{Event, Story, What};
+
+/// A play that the host disturbed is tried so often.
+const ATTEMPTS: u32 = 6;
+/// The host must have been calm for so long before another play, waited for at most `PATIENCE`.
+const CALM: Duration = Duration::from_millis(500);
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A simulated axis runs, exceeds a limit, is stopped; then a channel is killed.
 #[derive(Debug, clap::Args)]
@@ -46,9 +54,31 @@ pub fn run(args: &Args) -> ExitCode {
         Ok(plan) => plan,
         Err(line) => return bad_input(&line),
     };
-    match play(&plan, args.json) {
+    match undisturbed(&plan, args.json) {
         Ok((events, recording)) => finish(args, &machine.axes[0].values, &events, &recording),
         Err(line) => fell_short(&line),
+    }
+}
+
+/// Plays until the host left a whole play alone, or it failed by itself.
+fn undisturbed(plan: &Plan, quiet: bool) -> Result<(Vec<Event>, Recording), String> {
+    let witness = Witness::start();
+    let mut attempt = 1;
+    loop {
+        let start = Instant::now();
+        let played = play(plan, quiet);
+        let stall = witness.longest_since(start);
+        if played.is_ok() | (stall <= BORNE) | (attempt == ATTEMPTS) {
+            return played;
+        }
+        attempt += 1;
+        if !quiet {
+            println!(
+                "\nthis host stood still for {} ms, which is torque off: once more ({attempt} of {ATTEMPTS})\n",
+                stall.as_millis()
+            );
+        }
+        witness.wait_for_calm(CALM, PATIENCE);
     }
 }
 
