@@ -12,8 +12,6 @@ pub enum Class {
     Limit,
     /// An own safe output does not follow: it goes off, and that is all (LNZ-OUT-03).
     Output,
-    /// A violated limit without reaction of its own: acknowledged at any time.
-    Notice,
     /// Acknowledged once its cause is gone; torque off until then.
     Cause,
     /// Acknowledged once its cause is gone; starts no stop of its own.
@@ -87,7 +85,7 @@ impl Errors {
                 Class::Limit => !settled,
                 Class::Cause | Class::Flaw | Class::Output | Class::StandingWarning => entry.fresh,
                 Class::Restart | Class::Parameter => true,
-                Class::Notice | Class::Warning => false,
+                Class::Warning => false,
             });
             if !stays {
                 *place = None;
@@ -105,14 +103,10 @@ impl Errors {
         self.entries.iter().flatten().any(|entry| of(entry.class)) | self.overflown
     }
 
-    /// An error stands that the status word shows; warnings do not (DEC-47).
-    pub fn error_bit(&self) -> bool {
+    /// An error stands: the status word shows it, and it keeps a reached stop (DEC-12); warnings
+    /// do neither (DEC-47).
+    pub fn stand(&self) -> bool {
         self.any(|class| !matches!(class, Class::Warning | Class::StandingWarning))
-    }
-
-    /// An error stands that keeps a reached stop.
-    pub fn blocks(&self) -> bool {
-        self.any(|class| !matches!(class, Class::Warning | Class::StandingWarning | Class::Notice))
     }
 
     /// An error stands that takes the torque away by itself.

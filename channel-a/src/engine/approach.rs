@@ -63,7 +63,7 @@ pub struct Approach {
 }
 
 /// An approach under way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Progress {
     since_ns: u64,
     start: i64,

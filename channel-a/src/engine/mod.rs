@@ -3,9 +3,10 @@
 //!
 //! - [`approach`]: delay, monitored ramp, dwell, then the target window
 //! - [`watch`]: a window on one quantity, requested or always on
-//! - [`stop`]: the stop functions, their priority and how they are left
+//! - [`stop`]: the stop functions, their priority and how they are left; [`places`] says which
 
 pub mod approach;
+pub mod places;
 pub mod stop;
 pub mod watch;
 

@@ -2,6 +2,7 @@
 //! the end of its request.
 
 use super::approach::{Approach, Progress, Stage};
+use super::stop::Reaction;
 use super::{Range, Sample, Side};
 
 /// What a watch looks at.
@@ -49,15 +50,15 @@ pub struct Plan {
     /// Bit of the status word that says "active"; `None`: none.
     pub status: Option<u8>,
     /// What a violation starts.
-    pub reaction: super::stop::Reaction,
+    pub reaction: Reaction,
 }
 
 /// Which part of a watch was violated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// The ramp, or the window at the instant in which the ramp ends.
+    /// The ramp.
     Ramp,
-    /// The window at the instant in which a stop function ends.
+    /// The window at the instant in which the ramp or a stop function ends.
     End,
     /// The held window.
     Window,
@@ -89,6 +90,8 @@ pub struct Watch {
     pub plan: Plan,
     state: State,
     start_speed: i64,
+    /// A violation that starts nothing was not acknowledged since: its monitoring goes on.
+    noted: bool,
     /// The row once more, as every step asks for it.
     always: bool,
     asked: u64,
@@ -103,6 +106,7 @@ impl Watch {
             plan,
             state: State::Idle,
             start_speed: 0,
+            noted: false,
             always: plan.request.is_none(),
             asked: plan.request.map_or(0, |bit| 1_u64.wrapping_shl(u32::from(bit))),
             shown: plan.status.map_or(0, |bit| 1_u32.wrapping_shl(u32::from(bit))),
@@ -119,31 +123,39 @@ impl Watch {
     pub const fn shows(&self) -> (u32, u32) {
         match self.state {
             State::Idle => (0, 0),
-            State::Holding(_) => (self.shown, 0),
-            State::Approaching(_) | State::Violated => (0, self.shown),
+            State::Holding(_) if !self.noted => (self.shown, 0),
+            State::Holding(_) | State::Approaching(_) | State::Violated => (0, self.shown),
         }
     }
 
     /// Forgets everything: no request, or STO (DEC-14).
     pub fn rest(&mut self) {
         self.state = State::Idle;
+        self.noted = false;
     }
 
-    /// A violation that was acknowledged: starts again with its transition (DEC-17).
-    pub fn acknowledge(&mut self) {
-        if matches!(self.state, State::Violated) {
+    /// What stands of a noted violation in this instant (DEC-15).
+    pub fn stands(&mut self, sample: &Sample) -> Option<Violation> {
+        if self.noted { self.step(sample) } else { None }
+    }
+
+    /// A violation that was acknowledged: one whose reaction is `settled` starts again with its
+    /// transition (DEC-17); one that started nothing is forgotten, and its monitoring goes on.
+    pub fn acknowledge(&mut self, settled: bool) {
+        self.noted = false;
+        if matches!(self.state, State::Violated) & settled {
             self.state = State::Idle;
         }
     }
 
     /// The target state is monitored and kept.
     pub fn active(&self) -> bool {
-        matches!(self.state, State::Holding(_))
+        matches!(self.state, State::Holding(_)) & !self.noted
     }
 
     /// Was violated and not acknowledged since.
     pub fn violated(&self) -> bool {
-        matches!(self.state, State::Violated)
+        matches!(self.state, State::Violated) | self.noted
     }
 
     /// Requested and on its way or holding.
@@ -156,7 +168,7 @@ impl Watch {
         // Most steps of most watches: a held window on the speed.
         if self.is_speed & matches!(self.state, State::Holding(_)) {
             let side = self.plan.window.left_by(sample.speed)?;
-            self.state = State::Violated;
+            self.note();
             return Some(Violation { part: Part::Window, side });
         }
         if matches!(self.state, State::Idle) {
@@ -172,9 +184,18 @@ impl Watch {
             State::Idle | State::Violated => None,
         };
         if found.is_some() {
-            self.state = State::Violated;
+            self.note();
         }
         found
+    }
+
+    /// A violation ends the monitoring, unless nothing follows from it.
+    fn note(&mut self) {
+        if self.plan.reaction == Reaction::None {
+            self.noted = true;
+        } else {
+            self.state = State::Violated;
+        }
     }
 
     fn arrive(&mut self, stage: Stage, sample: &Sample) -> Option<Violation> {
@@ -184,7 +205,7 @@ impl Watch {
             Stage::Arrived => {
                 self.state = State::Holding(zero_of(self.plan.quantity).is_none().then_some(sample.position));
                 let ramped = self.plan.approach.slope.run_ns != 0;
-                self.hold(sample, if ramped { Part::Ramp } else { Part::Window })
+                self.hold(sample, if ramped { Part::End } else { Part::Window })
             }
         }
     }

@@ -7,7 +7,6 @@ use shm_schema::report::{Phase, Report, Stop};
 use shm_schema::word::Word;
 
 use super::{BUILD, Flow, Monitor};
-use crate::engine::stop::{Active, End};
 use crate::partner::{Findings, Own};
 use crate::profile::{Program, Requests, State};
 
@@ -69,7 +68,7 @@ impl Monitor {
         let state = State {
             watches: self.program.watches.get(..used).unwrap_or(&[]),
             stops: &self.program.stops,
-            error: self.errors.error_bit(),
+            error: self.errors.stand(),
             ready: matches!(self.phase, Phase::AwaitAcknowledge | Phase::Operational),
             sto,
             requests,
@@ -109,13 +108,12 @@ fn stop_of(program: &Program, sto: bool) -> Stop {
     if sto {
         return Stop::Sto;
     }
-    match program.stops.active() {
-        Active::Sto => Stop::Sto,
-        Active::None => Stop::None,
-        Active::Standing(..) => Stop::Sos,
-        Active::Braking(place, _) => match program.stops.plan(place).map(|plan| plan.end) {
-            Some(End::Sos) => Stop::Ss2,
-            _ => Stop::Ss1,
-        },
+    let stops = &program.stops;
+    let brakes = (!stops.braking_to_sto().is_empty(), !stops.braking().is_empty());
+    match (brakes, stops.standing().is_empty()) {
+        ((true, _), _) => Stop::Ss1,
+        ((_, true), _) => Stop::Ss2,
+        (_, false) => Stop::Sos,
+        _ => Stop::None,
     }
 }

@@ -2,15 +2,14 @@
 
 use super::Monitor;
 use crate::engine::Sample;
-use crate::engine::stop::{Reaction, STOPS};
-use crate::profile::{self, Requests, Scene};
+use crate::engine::places::Places;
+use crate::engine::stop::{Reaction, Stops};
+use crate::profile::{self, Program, Requests, Scene};
 use shm_schema::report::Phase;
 
 impl Monitor {
     /// Stop functions, then watches, then what their violations start.
     pub(super) fn functions(&mut self, requests: &mut Requests, moving: bool) {
-        let n0 = self.command_cell.last().is_some_and(|cell| cell.payload.drive_n0);
-        self.judged = self.program.rules.sample(self.sample, n0);
         let sample = self.judged;
         let stopped = self.errors.removes_torque() | self.partner.error();
         let idle = self.phase != Phase::Operational;
@@ -18,21 +17,17 @@ impl Monitor {
         let demand = &mut requests.demand;
         let mut forced = *demand;
         forced.sto |= stopped | idle | blind;
-        forced.blocked = self.errors.blocks();
+        forced.blocked = self.errors.stand();
         let stops = &mut self.program.stops;
         stops.restart_once |= requests.restart_once;
         stops.command(forced, &sample);
-        let broken = stops.advance(&sample);
-        let mut monitored = !stops.is_sto();
-        for violation in broken.into_iter().flatten() {
-            let (code, class) = self.program.rules.stop_code(violation);
-            self.errors.raise(code, class);
-            monitored = true;
-        }
+        self.advance(&sample);
+        // DEC-14: nothing is evaluated in STO, from the instant on that brings it.
+        let monitored = !self.program.stops.is_sto();
         self.stand_still(moving);
         self.watch(requests.watches, monitored, &sample);
         self.respond(requests, monitored, &sample);
-        forced.blocked = self.errors.blocks();
+        forced.blocked = self.errors.stand();
         self.program.stops.note_pending(&forced, sample.now_ns);
     }
 
@@ -44,44 +39,39 @@ impl Monitor {
         if let Some((code, class)) = response.error {
             self.errors.raise(code, class);
         }
-        let before = self.program.stops.active();
-        self.program.stops.react(response.reaction, sample);
-        if self.program.stops.active() != before {
-            self.advance_once_more(sample);
+        if self.program.stops.react(response.reaction, sample) {
+            self.advance(sample);
         }
     }
 
     fn watch(&mut self, asked: u64, monitored: bool, sample: &Sample) {
-        let mut reactions = [None; STOPS + 1];
-        let used = self.program.used;
-        for watch in self.program.watches.iter_mut().take(used) {
+        let mut wanted = Wanted::default();
+        let Program { watches, used, rules, stops, .. } = &mut self.program;
+        for watch in watches.iter_mut().take(*used) {
             if !(monitored & watch.is_asked(asked)) {
                 watch.rest();
                 continue;
             }
             if let Some(violation) = watch.step(sample) {
-                let (code, class) = self.program.rules.watch_code(&watch.plan, violation);
+                let (code, class) = rules.watch_code(&watch.plan, violation);
                 self.errors.raise(code, class);
-                if let Some(place) = reactions.get_mut(place_of(watch.plan.reaction)) {
-                    *place = Some(watch.plan.reaction);
-                }
+                wanted.note(watch.plan.reaction);
             }
         }
-        let before = self.program.stops.active();
-        for reaction in reactions.into_iter().flatten() {
-            self.program.stops.react(reaction, sample);
-        }
-        if self.program.stops.active() != before {
-            self.advance_once_more(sample);
+        if wanted.start(stops, sample) {
+            self.advance(sample);
         }
     }
 
-    /// A stop that begins in this instant is in force in it (DEC-02).
-    fn advance_once_more(&mut self, sample: &Sample) {
-        for violation in self.program.stops.advance(sample).into_iter().flatten() {
-            let (code, class) = self.program.rules.stop_code(violation);
-            self.errors.raise(code, class);
-        }
+    /// One instant of the stop functions; also once more when one begins in this instant: it is
+    /// in force in it (DEC-02).
+    fn advance(&mut self, sample: &Sample) {
+        let Program { stops, rules, .. } = &mut self.program;
+        let errors = &mut self.errors;
+        stops.advance(sample, &mut |violation| {
+            let (code, class) = rules.stop_code(violation);
+            errors.raise(code, class);
+        });
     }
 
     fn stand_still(&mut self, moving: bool) {
@@ -95,19 +85,34 @@ impl Monitor {
         let Some(notice) = notice else { return };
         let (code, class, reaction) = profile::sem_code(notice);
         self.errors.raise(code, class);
-        let before = self.program.stops.active();
-        self.program.stops.react(reaction, &sample);
-        if self.program.stops.active() != before {
-            self.advance_once_more(&sample);
+        if self.program.stops.react(reaction, &sample) {
+            self.advance(&sample);
         }
     }
 }
 
-/// One place per reaction: STO first, then the stops in the order of the table.
-fn place_of(reaction: Reaction) -> usize {
-    match reaction {
-        Reaction::Sto => 0,
-        Reaction::Stop(place) => usize::from(place).saturating_add(1),
-        Reaction::None => usize::MAX,
+/// What the violations of one instant ask for.
+#[derive(Debug, Clone, Copy, Default)]
+struct Wanted {
+    sto: bool,
+    stops: Places,
+}
+
+impl Wanted {
+    const fn note(&mut self, reaction: Reaction) {
+        match reaction {
+            Reaction::None => {}
+            Reaction::Sto => self.sto = true,
+            Reaction::Stop(place) => self.stops = self.stops.with(Places::of(place)),
+        }
+    }
+
+    /// STO first, then the stops in the order of their table; `true` when one begins to brake.
+    fn start(self, stops: &mut Stops, sample: &Sample) -> bool {
+        if self.sto {
+            stops.react(Reaction::Sto, sample);
+        }
+        let started = |begun, place| begun | stops.react(Reaction::Stop(place), sample);
+        self.stops.into_iter().fold(false, started)
     }
 }

@@ -76,10 +76,7 @@ impl Monitor {
         let parsed = Image::parse(image)
             .and_then(|image| if image.axis == setup.axis { Ok(image) } else { Err(Refusal::Unfit) });
         let program = match &parsed {
-            Ok(image) => {
-                profile::rules(image, &mut |code| errors.raise(code, Class::Parameter));
-                Program::build(image)
-            }
+            Ok(image) => profile::load(image, &mut |code| errors.raise(code, Class::Parameter)),
             Err(refusal) => {
                 errors.raise(profile::refusal_code(*refusal), Class::Parameter);
                 Program::refused()
@@ -159,6 +156,8 @@ impl Monitor {
         let heard = self.listen(now_ns);
         let mut requests = self.request(inputs, &heard, now_ns);
         flow.pass(4);
+        let n0 = self.command_cell.last().is_some_and(|cell| cell.payload.drive_n0);
+        self.judged = self.program.rules.sample(self.sample, n0);
         self.acknowledge(&requests);
         requests.demand.restart |= self.start_up(&requests, &found, moving, now_ns);
         flow.pass(5);
@@ -417,10 +416,24 @@ impl Monitor {
         if !requests.acknowledge {
             return;
         }
+        self.look_again(requests);
         let settled = self.program.stops.is_settled();
         self.errors.acknowledge(settled);
-        if settled {
-            self.program.watches.iter_mut().for_each(crate::engine::watch::Watch::acknowledge);
+        self.program.watches.iter_mut().for_each(|watch| watch.acknowledge(settled));
+    }
+
+    /// DEC-15: a limit that is violated has no end state without a reaction; its error stands as
+    /// long as the limit is.
+    fn look_again(&mut self, requests: &Requests) {
+        let Program { watches, used, stops, rules, .. } = &mut self.program;
+        if requests.demand.sto | stops.is_sto() {
+            return;
+        }
+        for watch in watches.iter_mut().take(*used).filter(|watch| watch.is_asked(requests.watches)) {
+            if let Some(violation) = watch.stands(&self.judged) {
+                let (code, class) = rules.watch_code(&watch.plan, violation);
+                self.errors.raise(code, class);
+            }
         }
     }
 
@@ -428,13 +441,13 @@ impl Monitor {
     fn start_up(&mut self, requests: &Requests, found: &Findings, moving: bool, now_ns: u64) -> bool {
         let before = self.phase;
         let asked = requests.acknowledge | requests.demand.restart;
-        let stop_asked = requests.demand.sto | (requests.demand.stops != 0);
+        let stop_asked = requests.demand.sto | !requests.demand.stops.is_empty();
         let conditions = Conditions {
             sound: moving,
             agrees: found.permits(),
             equal: !found.differs,
             path_test: self.partner.path_test(),
-            released: asked & !stop_asked & !self.errors.blocks(),
+            released: asked & !stop_asked & !self.errors.stand(),
         };
         self.phase = self.startup.next(before, &conditions, now_ns, self.program.tolerance.time_ns);
         self.phase == Phase::Operational && before != Phase::Operational

@@ -9,7 +9,8 @@ use shm_schema::word::Word;
 use super::{Fault, Outside, Program, Requests, Rules, Sem, State, tolerance_ns};
 use crate::encoder::{Fault as EncoderFault, NO_GEAR, Selection};
 use crate::engine::approach::{Approach, Slope};
-use crate::engine::stop::{self, Active, Demand, End, Reaction};
+use crate::engine::places::Places;
+use crate::engine::stop::{self, Demand, End, Reaction};
 use crate::engine::watch::{Part, Plan, Quantity, Violation};
 use crate::engine::{Range, Side};
 use crate::errors::Class;
@@ -207,7 +208,7 @@ impl Amk {
         let bit = |number: u8| requested.wrapping_shr(u32::from(number)) & 1 == 1;
         requests.demand = Demand {
             sto: bit(control::STO),
-            stops: u8::from(bit(control::SS1)) << SS1 | u8::from(bit(control::SS2)) << SS2,
+            stops: Places::when(bit(control::SS1), SS1).with(Places::when(bit(control::SS2), SS2)),
             ..Demand::default()
         };
         requests.watches = u64::from(requested);
@@ -265,11 +266,9 @@ impl Amk {
         }
         if !state.sto {
             let (held, broken) = monitored(state);
-            let standing = matches!(state.stops.active(), Active::Standing(..));
-            let braking = |place| matches!(state.stops.active(), Active::Braking(at, _) if at == place);
-            set(status::SS1_ACTIVE, braking(SS1));
-            set(status::SS2_ACTIVE, braking(SS2));
-            set(status::SOS, standing);
+            set(status::SS1_ACTIVE, state.stops.braking().has(SS1));
+            set(status::SS2_ACTIVE, state.stops.braking().has(SS2));
+            set(status::SOS, state.stops.standing().has(SS2));
             word |= held & !broken;
         }
         Word::from_u32(word)
@@ -277,7 +276,7 @@ impl Amk {
 
     /// SS1 may brake by itself (AMK-SS1-03); outputs as AMK-OUT-01 to AMK-OUT-07.
     pub fn drive(&self, state: &State) -> DriveRequest {
-        let running = matches!(state.stops.active(), Active::Braking(SS1, _));
+        let running = state.stops.braking().has(SS1);
         let word = state.requests.requested;
         let (one, two) = if self.outputs_by_word {
             (word.bit(control::SA1), word.bit(control::SA2))

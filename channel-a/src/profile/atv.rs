@@ -11,7 +11,8 @@ use super::atv_sls::{Levels, Sls, Verdict};
 use super::{Fault, Outside, Program, Requests, Response, Rules, Scene, State, edge};
 use crate::encoder::{Fault as EncoderFault, Selection};
 use crate::engine::approach::{Approach, Origin, Slope};
-use crate::engine::stop::{self, Active, Demand, End, Reaction};
+use crate::engine::places::Places;
+use crate::engine::stop::{self, Demand, End, Reaction};
 use crate::engine::watch::{Plan, Quantity, Violation};
 use crate::engine::{Range, Sample, Side};
 use crate::errors::Class;
@@ -157,7 +158,7 @@ impl Atv {
         let braking = (ss1 & self.ss1_used) | self.sls_braked;
         requests.demand = Demand {
             sto: !bit(control::STO) | self.sls_stopped,
-            stops: u8::from(braking) << SS1,
+            stops: Places::when(braking, SS1),
             ..Demand::default()
         };
         let second = (self.sms_mode == 2) & switch;
@@ -204,7 +205,7 @@ impl Atv {
 
     /// SLS; and the open loop that sees nothing with the power stage off (ATV-SS1-13, ATV-SLS-06).
     pub fn respond(&mut self, scene: &Scene) -> Response {
-        let braking = matches!(scene.stops.active(), Active::Braking(..));
+        let braking = !scene.stops.braking().is_empty();
         let asked = scene.requests.watches & (1 << control::SLS) != 0;
         if !(asked & scene.monitored) {
             self.sls.rest();
@@ -254,7 +255,7 @@ impl Atv {
                 watches.any(|watch| (watch.plan.request == Some(request)) & watch.active())
             };
             let second = sms(THRESHOLD_2);
-            set(status::SS1, matches!(state.stops.active(), Active::Braking(..)));
+            set(status::SS1, !state.stops.braking().is_empty());
             set(status::SLS, self.sls.engaged());
             set(status::SMS, sms(THRESHOLD_1) | second);
             set(status::SMS_THRESHOLD_2, second);
@@ -264,7 +265,7 @@ impl Atv {
 
     /// Set-point limits of SLS, braking of SS1.
     pub fn drive(&self, state: &State) -> DriveRequest {
-        let running = matches!(state.stops.active(), Active::Braking(..)) & !state.sto;
+        let running = !(state.stops.braking().is_empty() | state.sto);
         let brake = running & self.automatic;
         let limits = self.sls.set_point().filter(|_| !state.sto);
         let rpm = |frequency: i64| {

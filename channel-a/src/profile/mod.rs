@@ -177,6 +177,8 @@ pub struct Program {
     pub encoder: Selection,
     /// Supervision of standstill, where the profile has it.
     pub sem: Option<Sem>,
+    /// The first instance that found no place: it refuses the set.
+    pub excess: Option<ErrorCode>,
     /// The profile's own part.
     pub rules: Rules,
 }
@@ -213,6 +215,7 @@ impl Program {
             supplies: false,
             encoder: Selection { kind: None, slot: 1, periods: 1, inverted: false, gear: NO_GEAR },
             sem: None,
+            excess: None,
             rules: Rules::Refused,
         }
     }
@@ -233,14 +236,14 @@ impl Program {
         program
     }
 
-    /// Adds one instance; one too many would be silent, so it refuses everything.
+    /// Adds one instance; one too many refuses the set.
     pub fn add(&mut self, plan: Plan) {
         match self.watches.get_mut(self.used) {
             Some(place) => {
                 *place = Watch::new(plan);
                 self.used = self.used.saturating_add(1);
             }
-            None => self.rules = Rules::Refused,
+            None => self.excess = self.excess.or(Some(no_place(u32::from(plan.function)))),
         }
     }
 
@@ -393,7 +396,9 @@ impl Rules {
 /// that cannot be read breaks one rule.
 pub fn findings(image: &[u8], report: &mut dyn FnMut(ErrorCode)) {
     match Image::parse(image) {
-        Ok(image) => rules(&image, report),
+        Ok(image) => {
+            load(&image, report);
+        }
         Err(refusal) => report(refusal_code(refusal)),
     }
 }
@@ -403,8 +408,21 @@ pub const fn refusal_code(refusal: Refusal) -> ErrorCode {
     ErrorCode::amk(3609, 128, refusal as u32, 55)
 }
 
+/// 3605 with function and instance: more of them than one axis can have.
+pub const fn no_place(reference: u32) -> ErrorCode {
+    ErrorCode::amk(3605, reference >> 8, reference & 0xFF, 0)
+}
+
+/// The program of `image`, and every rule it breaks.
+pub fn load(image: &Image, report: &mut dyn FnMut(ErrorCode)) -> Program {
+    rules(image, report);
+    let program = Program::build(image);
+    program.excess.into_iter().for_each(report);
+    program
+}
+
 /// The rules of the image's profile.
-pub fn rules(image: &Image, report: &mut dyn FnMut(ErrorCode)) {
+fn rules(image: &Image, report: &mut dyn FnMut(ErrorCode)) {
     match image.profile {
         Profile::AmkKw => amk_rules::findings(image, report),
         Profile::Etg61002 => etg::findings(image, report),

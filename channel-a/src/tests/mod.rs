@@ -7,6 +7,7 @@ pub mod bench;
 mod bus;
 mod encoder;
 mod etg;
+mod etg_parallel;
 mod lenze;
 mod lenze_io;
 mod outputs;

@@ -3,13 +3,14 @@
 use super::super::{Program, Rules};
 use super::object::{Object, Times, approach};
 use super::stops::{ss1, ss2, standing_reference};
-use super::words::{CONTROL, STATUS, assignments};
+use super::words::{CONTROL, STATUS, assigned};
 use super::{Etg, RPM, SDI_BOTH, SDI_NEGATIVE_ONLY, SDI_POSITIVE_ONLY, SEATS, SIGNALS, Signal, Target};
 use crate::engine::Range;
 use crate::engine::approach::Approach;
 use crate::engine::stop::{Reaction, STOPS};
 use crate::engine::watch::{Plan, Quantity};
 use crate::image::Image;
+use shm_schema::error::ErrorCode;
 use shm_schema::facts::etg;
 use shm_schema::facts::etg_6100_2::control;
 use shm_schema::profile::common;
@@ -21,11 +22,9 @@ const FIXED_STO: u32 = 0;
 /// Numbers of the seats while the program is built.
 pub(super) struct Builder {
     pub(super) etg: Etg,
-    controls: [(u32, u8); SEATS],
-    statuses: [(u32, u8); SEATS],
     top: (i64, i64),
     pub(super) stops: u8,
-    pub(super) full: bool,
+    pub(super) excess: Option<ErrorCode>,
 }
 
 pub(super) const fn reference(function: u32, instance: u32) -> u32 {
@@ -33,33 +32,38 @@ pub(super) const fn reference(function: u32, instance: u32) -> u32 {
 }
 
 impl Builder {
-    fn bit_of(table: &[(u32, u8)], defaults: &[(u32, u32, u8)], object: &Object) -> Option<u8> {
-        let own = reference(object.function, object.instance);
-        let assigned = table.iter().find(|(to, _)| *to == own).map(|(_, bit)| *bit);
+    fn bit_of(word: u32, defaults: &[(u32, u32, u8)], object: &Object) -> Option<u8> {
         let mut rows = defaults.iter();
         let default = rows.find(|row| (row.0, row.1) == (object.function, object.instance));
-        assigned.or(default.map(|row| row.2))
+        let own = reference(object.function, object.instance);
+        assigned(object.image, word, own).or(default.map(|row| row.2))
     }
 
-    fn control(&self, object: &Object) -> Option<u8> {
-        Self::bit_of(&self.controls, &CONTROL, object)
+    fn control(object: &Object) -> Option<u8> {
+        Self::bit_of(common::CONTROL_WORD, &CONTROL, object)
     }
 
-    pub(super) fn status(&self, object: &Object) -> Option<u8> {
-        Self::bit_of(&self.statuses, &STATUS, object)
+    pub(super) fn status(object: &Object) -> Option<u8> {
+        Self::bit_of(common::STATUS_WORD, &STATUS, object)
+    }
+
+    /// There is no place for this instance; the first one is named.
+    pub(super) fn refuse(&mut self, object: &Object) {
+        let code = super::super::no_place(reference(object.function, object.instance));
+        self.excess.get_or_insert(code);
     }
 
     /// Seats `target`; its number.
     pub(super) fn seat(&mut self, object: &Object, target: impl Fn(u8) -> Target) -> u8 {
         let number = self.etg.used;
-        let Some(bit) = self.control(object) else { return SDI_NEGATIVE_ONLY + 1 };
+        let Some(bit) = Self::control(object) else { return SDI_NEGATIVE_ONLY + 1 };
         match self.etg.targets.get_mut(number) {
             Some(place) => {
                 *place = Some((bit, target(number as u8)));
                 self.etg.known = self.etg.known.with(bit, true);
                 self.etg.used = number.saturating_add(1);
             }
-            None => self.full = true,
+            None => self.refuse(object),
         }
         number as u8
     }
@@ -81,7 +85,7 @@ impl Builder {
             window,
             function: reference(object.function, object.instance) as u16,
             request: Some(request),
-            status: self.status(object),
+            status: Self::status(object),
             reaction: Self::reaction(object, error),
         });
         request
@@ -120,14 +124,7 @@ pub fn build(image: &Image, program: &mut Program) {
     let sms = Object { image, function: etg::SMS, instance: 1 };
     let top =
         (sms.value(etg::sms::VELOCITY_MAXIMUM_POSITIVE), sms.value(etg::sms::VELOCITY_MAXIMUM_NEGATIVE));
-    let mut builder = Builder {
-        etg,
-        controls: assignments(image, common::CONTROL_WORD),
-        statuses: assignments(image, common::STATUS_WORD),
-        top,
-        stops: 0,
-        full: false,
-    };
+    let mut builder = Builder { etg, top, stops: 0, excess: None };
     let sto = Object { image, function: etg::STO, instance: 1 };
     program.stops.restart = sto.value(etg::sto::RESTART_ACKNOWLEDGE_BEHAVIOR) != 0;
     let mut before = 0;
@@ -138,11 +135,8 @@ pub fn build(image: &Image, program: &mut Program) {
             add(&mut builder, program, &object);
         }
     }
-    let full = builder.full;
-    program.rules = match program.rules {
-        Rules::Etg(_) | Rules::Refused if full => Rules::Refused,
-        _ => Rules::Etg(builder.etg),
-    };
+    program.excess = builder.excess.or(program.excess);
+    program.rules = Rules::Etg(builder.etg);
 }
 
 fn add(builder: &mut Builder, program: &mut Program, object: &Object) {
@@ -162,7 +156,7 @@ fn add(builder: &mut Builder, program: &mut Program, object: &Object) {
                 window: Range::symmetric(object.speed(etg::sos::VELOCITY_ZERO_WINDOW)),
                 function: reference(object.function, object.instance) as u16,
                 request: Some(request),
-                status: builder.status(object),
+                status: Builder::status(object),
                 reaction: Reaction::Sto,
             };
             if object.named(etg::sos::VELOCITY_ZERO_WINDOW).is_some() {
@@ -231,32 +225,26 @@ fn add(builder: &mut Builder, program: &mut Program, object: &Object) {
         etg::SMS => {
             let range = window(n_negative.saturating_mul(-RPM), n_positive.saturating_mul(RPM));
             let wanted = (n_negative | n_positive) != 0;
-            always(builder, program, object, (Quantity::Speed, range, etg::sms::ERROR_REACTION), wanted);
+            always(program, object, (Quantity::Speed, range, etg::sms::ERROR_REACTION), wanted);
         }
         etg::SMA => {
             use etg::sma;
             let slowest = object.speed(sma::DECELERATION_MAXIMUM).saturating_abs();
             let range = window(slowest.saturating_neg(), object.speed(sma::ACCELERATION_MAXIMUM));
             let wanted = (range.lower | range.upper) != 0;
-            always(builder, program, object, (Quantity::Acceleration, range, sma::ERROR_REACTION), wanted);
+            always(program, object, (Quantity::Acceleration, range, sma::ERROR_REACTION), wanted);
         }
         etg::SDI => sdi(builder, program, object),
         etg::SSM | etg::SCA => signal(builder, object),
         etg::SBC => {
             builder.seat(object, |_| Target::Brake);
-            builder.etg.brake_status = builder.status(object);
+            builder.etg.brake_status = Builder::status(object);
         }
         _ => {}
     }
 }
 
-fn always(
-    builder: &mut Builder,
-    program: &mut Program,
-    object: &Object,
-    row: (Quantity, Range, u32),
-    wanted: bool,
-) {
+fn always(program: &mut Program, object: &Object, row: (Quantity, Range, u32), wanted: bool) {
     let (quantity, window, error) = row;
     if wanted {
         program.add(Plan {
@@ -265,7 +253,7 @@ fn always(
             window,
             function: reference(object.function, object.instance) as u16,
             request: None,
-            status: builder.status(object),
+            status: Builder::status(object),
             reaction: Builder::reaction(object, error),
         });
     }
@@ -315,9 +303,12 @@ fn signal(builder: &mut Builder, object: &Object) {
             object.named(etg::ssm::VELOCITY_LOWER_LIMIT).map(speed),
         )
     };
-    let (Some(upper), Some(lower), Some(status)) = (upper, lower, builder.status(object)) else { return };
-    let place = builder.etg.signals.iter_mut().find(|place| place.is_none());
-    if let Some(place) = place.filter(|_| (upper | lower) != 0) {
-        *place = Some(Signal { position, range: Range { lower, upper }, status });
+    let (Some(upper), Some(lower), Some(status)) = (upper, lower, Builder::status(object)) else { return };
+    if (upper | lower) == 0 {
+        return;
+    }
+    match builder.etg.signals.iter_mut().find(|place| place.is_none()) {
+        Some(place) => *place = Some(Signal { position, range: Range { lower, upper }, status }),
+        None => builder.refuse(object),
     }
 }

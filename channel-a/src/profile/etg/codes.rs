@@ -21,7 +21,7 @@ const fn row(function: u16, error: u32) -> ErrorCode {
 
 /// E1 the window, E2 the deceleration; SDI has E1 for the position and E2 for the velocity.
 pub fn watch_code(plan: &Plan, violation: Violation) -> (ErrorCode, Class) {
-    let class = if plan.reaction == Reaction::None { Class::Notice } else { Class::Limit };
+    let class = if plan.reaction == Reaction::None { Class::Flaw } else { Class::Limit };
     let velocity = matches!(plan.quantity, Quantity::SpeedFromZero(_));
     let second = (violation.part == Part::Ramp) | velocity;
     (row(plan.function, if second { 2 } else { 1 }), class)

@@ -9,7 +9,8 @@ mod words;
 
 use super::{Outside, Requests, State};
 use crate::engine::Range;
-use crate::engine::stop::{Active, Demand, STOPS};
+use crate::engine::places::Places;
+use crate::engine::stop::{Demand, STOPS};
 use shm_schema::drive::DriveRequest;
 use shm_schema::facts::etg_6100_2::{control, status};
 use shm_schema::word::Word;
@@ -76,7 +77,9 @@ impl Etg {
             }
             match target {
                 Target::Watch(seat) => requests.watches |= 1_u64.wrapping_shl(u32::from(*seat)),
-                Target::Stop(place) => requests.demand.stops |= 1_u8.wrapping_shl(u32::from(*place)),
+                Target::Stop(place) => {
+                    requests.demand.stops = requests.demand.stops.with(Places::of(*place));
+                }
                 Target::Brake => self.brake_requested = true,
             }
         }
@@ -127,7 +130,7 @@ impl Etg {
                 word = word.with(bit, false);
             }
         }
-        if let Active::Standing(place, _) = state.stops.active() {
+        for place in state.stops.standing() {
             let bit = self.standing_status.get(usize::from(place)).copied().flatten();
             word = bit.map_or(word, |bit| word.with(bit, true));
         }
@@ -136,20 +139,21 @@ impl Etg {
 
     /// ETG-SBC-01 to ETG-SBC-06.
     fn brake_open(&self, state: &State) -> bool {
-        let closing = match state.stops.active() {
-            Active::Braking(place, progress) => {
-                let times = self.stop_times_ns.get(usize::from(place)).copied().flatten();
-                times.is_some_and(|(late_ns, dwell_ns)| {
-                    let now_ns = state.sample.now_ns;
-                    let late = now_ns.saturating_sub(progress.since_ns()) >= late_ns;
-                    let inside = progress.inside_since_ns();
-                    let dwelt = inside.is_some_and(|since| now_ns.saturating_sub(since) >= dwell_ns);
-                    late | dwelt
-                })
-            }
-            _ => false,
-        };
+        let closing = state.stops.braking().into_iter().any(|place| self.closes(place, state));
         !(state.sto | self.brake_requested | closing)
+    }
+
+    /// The stop at `place` has come so far that the brake has to close.
+    fn closes(&self, place: u8, state: &State) -> bool {
+        let times = self.stop_times_ns.get(usize::from(place)).copied().flatten();
+        let Some(((late_ns, dwell_ns), progress)) = times.zip(state.stops.progress(place)) else {
+            return false;
+        };
+        let now_ns = state.sample.now_ns;
+        let late = now_ns.saturating_sub(progress.since_ns()) >= late_ns;
+        let inside = progress.inside_since_ns();
+        let dwelt = inside.is_some_and(|since| now_ns.saturating_sub(since) >= dwell_ns);
+        late | dwelt
     }
 
     /// What is asked of the drive.

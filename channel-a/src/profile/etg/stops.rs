@@ -29,7 +29,7 @@ pub(super) fn standing_reference(wanted: u32, image: &Image) -> Option<u8> {
 fn place_stop(builder: &mut Builder, program: &mut Program, object: &Object, plan: stop::Plan) -> usize {
     let place = builder.stops;
     if usize::from(place) >= STOPS {
-        builder.full = true;
+        builder.refuse(object);
         return STOPS;
     }
     builder.stops = place.saturating_add(1);
@@ -100,7 +100,7 @@ pub(super) fn ss2(builder: &mut Builder, program: &mut Program, object: &Object,
         restart: object.value(ss2::RESTART_ACKNOWLEDGE_BEHAVIOR) != 0,
     };
     let place = place_stop(builder, program, object, plan);
-    let bit = builder.status(&stand);
+    let bit = Builder::status(&stand);
     if let Some(entry) = builder.etg.standing_status.get_mut(place) {
         *entry = bit;
     }

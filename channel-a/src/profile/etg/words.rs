@@ -1,6 +1,5 @@
 //! Which bit of the words belongs to which function (DEC-41).
 
-use super::SEATS;
 use crate::image::Image;
 use shm_schema::facts::etg;
 use shm_schema::facts::etg_6100_2::{control, status};
@@ -63,11 +62,9 @@ pub(super) const STATUS: [(u32, u32, u8); 27] = [
     (etg::SBC, 1, status::SBC_1),
 ];
 
-pub(super) fn assignments(image: &Image, base: u32) -> [(u32, u8); SEATS] {
-    let mut table = [(0, 0); SEATS];
-    let keys = image.keys().filter(|key| (base..base + 0x100).contains(key));
-    for (place, key) in table.iter_mut().zip(keys) {
-        *place = (image.value(key) as u32, key as u8);
-    }
-    table
+/// The bit that `[words]` assigns to the function and instance of `reference`; `base` is the
+/// first key of the word.
+pub(super) fn assigned(image: &Image, base: u32, reference: u32) -> Option<u8> {
+    let mut keys = image.keys().filter(|key| (base..base + 0x100).contains(key));
+    keys.find(|key| image.value(*key) as u32 == reference).map(|key| key as u8)
 }

@@ -8,7 +8,8 @@ mod pulse;
 mod rules;
 
 use super::{Outside, Requests, Response, Scene, State, edge};
-use crate::engine::stop::{Active, Demand, Reaction, Stops};
+use crate::engine::places::Places;
+use crate::engine::stop::{Demand, Reaction, Stops};
 use crate::engine::watch::{Quantity, Watch};
 use crate::engine::{Range, Sample};
 use crate::errors::Class;
@@ -264,7 +265,7 @@ impl Lenze {
     fn demand(&mut self, asked: u32, outside: &Outside, stops: &Stops, requests: &mut Requests) {
         let bit = |number: u8| asked.wrapping_shr(u32::from(number)) & 1 == 1;
         let emergency = bit(control::SSE);
-        let idle = stops.active() == Active::None;
+        let idle = stops.is_idle();
         self.emergency_asked = emergency;
         self.emergency = emergency | (self.emergency & !idle);
         let waiting = self.mode == Mode::Special(false);
@@ -273,17 +274,15 @@ impl Lenze {
         let cascade = self.cascade_demand(outside, stops, requests);
         requests.demand = Demand {
             sto: bit(control::STO) | special(0) | (emergency & !self.emergency_ss1) | cascade.0,
-            stops: u8::from(bit(control::SS1) | special(1) | (emergency & self.emergency_ss1)) << SS1
-                | u8::from(bit(control::SS2) | special(2)) << SS2,
+            stops: Places::when(bit(control::SS1) | special(1) | (emergency & self.emergency_ss1), SS1)
+                .with(Places::when(bit(control::SS2) | special(2), SS2)),
             restart: cascade.1,
             ..Demand::default()
         };
         // LNZ-OMS-14: the enable switch ends the stop of special operation at once.
         let confirmed = self.mode == Mode::Special(true);
-        let may_release = match (self.cascade, stops.active()) {
-            (Some(_), Active::Standing(..) | Active::None) | (None, _) => true,
-            (Some(_), _) => false,
-        };
+        let ended = stops.is_settled() & !stops.is_sto();
+        let may_release = self.cascade.is_none() | ended;
         requests.demand.release = confirmed & !self.emergency & may_release & !idle;
         requests.watches = u64::from(asked);
         if confirmed & self.limited_increment {
@@ -364,8 +363,8 @@ impl Lenze {
     pub fn status(&self, state: &State) -> Word {
         let mut word = 0_u32;
         let mut set = |bit: u8, value: bool| word |= u32::from(value).wrapping_shl(u32::from(bit));
-        let braking = |place| matches!(state.stops.active(), Active::Braking(at, _) if at == place);
-        let standing = matches!(state.stops.active(), Active::Standing(SS2, _));
+        let braking = |place| state.stops.braking().has(place);
+        let standing = state.stops.standing().has(SS2);
         set(status::STO_ACTIVE, state.sto);
         // LNZ-SS1-11, LNZ-SOS-06: the end is shown additionally.
         set(status::SS1_ACTIVE, braking(SS1) | (state.stops.ended() == Some(SS1)));

@@ -1,0 +1,73 @@
+//! One instant of what runs or stands.
+
+use super::{Part, Places, Reaction, Sample, Stops, Violation};
+use crate::engine::approach::Stage;
+
+impl Stops {
+    /// Judges all that runs or stands by this instant, whatever the first of them leads to.
+    pub fn advance(&mut self, sample: &Sample, found: &mut dyn FnMut(Violation)) {
+        let (standing, braking) = (self.standing, self.braking);
+        standing.into_iter().for_each(|place| self.stand(place, sample, found));
+        braking.into_iter().for_each(|place| self.brake(place, sample, found));
+        // DEC-02: one that begins in this instant is in force in it.
+        let begun = self.braking.without(braking);
+        begun.into_iter().for_each(|place| self.brake(place, sample, found));
+    }
+
+    fn brake(&mut self, place: u8, sample: &Sample, found: &mut dyn FnMut(Violation)) {
+        let Some(instance) = self.instances.get_mut(usize::from(place)) else { return };
+        let plan = &instance.plan;
+        let stage = instance.progress.step(&plan.approach, sample.now_ns, sample.speed);
+        let outside = plan.approach.window.left_by(sample.speed).filter(|_| plan.judged_at_end);
+        let (part, side) = match (stage, outside) {
+            (Stage::Under, _) => return,
+            (Stage::Arrived, None) => return self.arrive(place, sample, found),
+            (Stage::Arrived, Some(side)) => (Part::End, side),
+            (Stage::Violated(side), _) => (Part::Ramp, side),
+        };
+        found(Violation { function: plan.function, part, side, position: false });
+        let reaction = plan.reaction;
+        self.fail(place, reaction, sample);
+    }
+
+    fn arrive(&mut self, place: u8, sample: &Sample, found: &mut dyn FnMut(Violation)) {
+        if !self.braking.has(place) {
+            // Another one has ended it in this instant.
+            return;
+        }
+        if self.to_sto.has(place) {
+            self.enter_sto(sample.now_ns);
+            self.ended = Some(place);
+            return;
+        }
+        self.stand_at(place, sample.position);
+        self.stand(place, sample, found);
+    }
+
+    /// A stop that failed leaves no torque without another stop.
+    fn fail(&mut self, place: u8, reaction: Reaction, sample: &Sample) {
+        match reaction {
+            Reaction::Stop(other) if other != place => {
+                self.braking = self.braking.without(Places::of(place));
+                self.failed = self.failed.with(Places::of(place));
+                self.react(reaction, sample);
+            }
+            _ => self.enter_sto(sample.now_ns),
+        }
+    }
+
+    fn stand(&mut self, place: u8, sample: &Sample, found: &mut dyn FnMut(Violation)) {
+        let Some(instance) = self.instances.get(usize::from(place)) else { return };
+        let plan = &instance.plan;
+        let function = plan.stand_function;
+        let travel = sample.position.saturating_sub(instance.stood_at);
+        let left =
+            [(plan.stand_speed.left_by(sample.speed), false), (plan.stand_position.left_by(travel), true)];
+        for (side, position) in left {
+            if let Some(side) = side {
+                found(Violation { function, part: Part::Window, side, position });
+                self.enter_sto(sample.now_ns);
+            }
+        }
+    }
+}
