@@ -4,7 +4,7 @@
 //! driven as the channels ask (`Inhibit::outputs`) and read back from the same line.
 
 use gpiocdev::Request;
-use gpiocdev::line::{EdgeDetection, EdgeKind, Offset, Value, Values};
+use gpiocdev::line::{EdgeDetection, EdgeEvent, EdgeKind, Offset, Value, Values};
 use shm_schema::inhibit::Inhibit;
 use shm_schema::io::{Io, SAMPLE_NS};
 
@@ -15,6 +15,8 @@ use crate::pattern::{Sampler, changes};
 pub const TERMINALS: usize = 16;
 /// Safe outputs: the last of the terminals.
 const OUTPUTS: usize = 6;
+/// Events taken from the kernel with one read.
+const EVENTS: usize = 16;
 /// Where the outputs begin among the terminals.
 const FIRST_OUTPUT: usize = TERMINALS - OUTPUTS;
 
@@ -47,6 +49,8 @@ pub fn wire(text: &str) -> Result<Wire, String> {
 pub struct Terminals {
     inputs: Option<Request>,
     outputs: Option<Request>,
+    /// Events as the kernel gives them out.
+    events: Vec<u64>,
     wires: Vec<Wire>,
     sampler: Sampler<TERMINALS>,
     /// Newest event of each line.
@@ -81,9 +85,12 @@ impl Terminals {
             }
             builder.request().map(Some).map_err(failed)
         };
+        let inputs = take(&ins, false)?;
+        let event = inputs.as_ref().map_or(0, Request::edge_event_u64_size);
         let mut terminals = Self {
-            inputs: take(&ins, false)?,
+            inputs,
             outputs: take(&outs, true)?,
+            events: vec![0; EVENTS * event],
             wires: wires.to_vec(),
             sampler: Sampler::new(now_ns()),
             sequences: [0; TERMINALS],
@@ -117,29 +124,20 @@ impl Terminals {
         }
     }
 
+    /// Everything the kernel has queued. Not with `read_edge_event`: where gpiocdev is built for one
+    /// version of the ABI, that call takes up to eight events from the kernel and returns the first.
     fn drain(&mut self) {
         let Some(request) = &self.inputs else { return };
         while let Ok(true) = request.has_edge_event() {
-            let Ok(event) = request.read_edge_event() else {
+            let Ok(length) = request.read_edge_events_into_slice(&mut self.events) else {
                 self.doubt_all();
                 return;
             };
-            let found = self.wires.iter().find(|(terminal, line)| {
-                let input = *terminal < FIRST_OUTPUT;
-                input & (*line == event.offset)
-            });
-            let Some((terminal, _)) = found else { continue };
-            let rows = self.sampler.lines.get_mut(*terminal).zip(self.sequences.get_mut(*terminal));
-            let Some((line, sequence)) = rows else { continue };
-            let rising = event.kind == EdgeKind::Rising;
-            // The kernel numbers the events of a line from 1: a gap is an edge lost. (The number
-            // over all lines is no help: threaded interrupts overtake each other.)
-            let lost = event.line_seqno != sequence.wrapping_add(1);
-            *sequence = event.line_seqno;
-            if lost {
-                line.doubt(rising);
-            } else {
-                line.change(event.timestamp_ns, rising);
+            let events = self.events.get(..length).unwrap_or_default();
+            for event in events.chunks_exact(request.edge_event_u64_size()) {
+                // One that cannot be read leaves a gap in the numbers of its line.
+                let Ok(event) = request.edge_event_from_slice(event) else { continue };
+                follow(&event, &self.wires, &mut self.sampler, &mut self.sequences);
             }
         }
     }
@@ -202,6 +200,32 @@ impl Terminals {
     }
 }
 
+/// Tells the sampler of one event.
+fn follow(
+    event: &EdgeEvent,
+    wires: &[Wire],
+    sampler: &mut Sampler<TERMINALS>,
+    sequences: &mut [u32; TERMINALS],
+) {
+    let wired = |(terminal, line): &&Wire| {
+        let input = *terminal < FIRST_OUTPUT;
+        input & (*line == event.offset)
+    };
+    let Some((terminal, _)) = wires.iter().find(wired) else { return };
+    let rows = sampler.lines.get_mut(*terminal).zip(sequences.get_mut(*terminal));
+    let Some((line, sequence)) = rows else { return };
+    let rising = event.kind == EdgeKind::Rising;
+    // The kernel numbers the events of a line from 1: a gap is an edge lost. (The number
+    // over all lines is no help: threaded interrupts overtake each other.)
+    let lost = event.line_seqno != sequence.wrapping_add(1);
+    *sequence = event.line_seqno;
+    if lost {
+        line.doubt(rising);
+    } else {
+        line.change(event.timestamp_ns, rising);
+    }
+}
+
 /// The outputs that both channels ask for, in the order of the terminals.
 fn patterns(asked: [Option<Inhibit>; 2]) -> [u64; OUTPUTS] {
     OWNERS.map(|(channel, place)| {
@@ -250,6 +274,29 @@ mod tests {
         let all = all.chain(&io.output_readback).chain(&io.dynamic_readback);
         let highs: Vec<u32> = all.map(|pattern| pattern.count_ones()).collect();
         assert_eq!(highs, (0..16).map(|terminal| 37 - terminal).collect::<Vec<_>>());
+    }
+
+    /// DEC-18: what the kernel counted and nobody saw may have been a request.
+    #[test]
+    fn a_gap_in_the_numbers_of_a_line_makes_it_read_low_for_a_whole_pattern() {
+        let mut sampler = Sampler::<TERMINALS>::new(1_000_000_000);
+        let mut sequences = [0; TERMINALS];
+        let mut edge = |line_seqno: u32, sampler: &mut Sampler<TERMINALS>| {
+            let event = EdgeEvent {
+                timestamp_ns: 1_000_000_000,
+                kind: EdgeKind::Rising,
+                offset: 7,
+                seqno: 0,
+                line_seqno,
+            };
+            follow(&event, &[(4, 7)], sampler, &mut sequences);
+        };
+        edge(1, &mut sampler);
+        sampler.advance(1_000_000_000 + 64 * SAMPLE_NS);
+        let known = payload(&sampler).line_2[0].count_ones();
+        edge(3, &mut sampler);
+        sampler.advance(1_000_000_000 + 128 * SAMPLE_NS);
+        assert_eq!((known, payload(&sampler).line_2[0]), (61, 0));
     }
 
     /// DEC-36, AMK-DYN-09: A drives the lines .1 and SDYN1, B the lines .2 and SDYN2.
