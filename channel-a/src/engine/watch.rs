@@ -80,7 +80,8 @@ enum State {
     Approaching(Progress),
     /// With the latched position; `None`: not latched yet.
     Holding(Option<i64>),
-    Violated,
+    /// Since when, ns.
+    Violated(u64),
 }
 
 /// One instance at work.
@@ -124,7 +125,7 @@ impl Watch {
         match self.state {
             State::Idle => (0, 0),
             State::Holding(_) if !self.noted => (self.shown, 0),
-            State::Holding(_) | State::Approaching(_) | State::Violated => (0, self.shown),
+            State::Holding(_) | State::Approaching(_) | State::Violated(_) => (0, self.shown),
         }
     }
 
@@ -143,7 +144,7 @@ impl Watch {
     /// transition (DEC-17); one that started nothing is forgotten, and its monitoring goes on.
     pub fn acknowledge(&mut self, settled: bool) {
         self.noted = false;
-        if matches!(self.state, State::Violated) & settled {
+        if matches!(self.state, State::Violated(_)) & settled {
             self.state = State::Idle;
         }
     }
@@ -155,7 +156,15 @@ impl Watch {
 
     /// Was violated and not acknowledged since.
     pub fn violated(&self) -> bool {
-        matches!(self.state, State::Violated) | self.noted
+        matches!(self.state, State::Violated(_)) | self.noted
+    }
+
+    /// Since when a violation has not been acknowledged, ns.
+    pub const fn violated_since_ns(&self) -> Option<u64> {
+        match self.state {
+            State::Violated(since_ns) => Some(since_ns),
+            _ => None,
+        }
     }
 
     /// Requested and on its way or holding.
@@ -168,7 +177,7 @@ impl Watch {
         // Most steps of most watches: a held window on the speed.
         if self.is_speed & matches!(self.state, State::Holding(_)) {
             let side = self.plan.window.left_by(sample.speed)?;
-            self.note();
+            self.note(sample);
             return Some(Violation { part: Part::Window, side });
         }
         if matches!(self.state, State::Idle) {
@@ -181,20 +190,20 @@ impl Watch {
                 self.arrive(stage, sample)
             }
             State::Holding(_) => self.hold(sample, Part::Window),
-            State::Idle | State::Violated => None,
+            State::Idle | State::Violated(_) => None,
         };
         if found.is_some() {
-            self.note();
+            self.note(sample);
         }
         found
     }
 
     /// A violation ends the monitoring, unless nothing follows from it.
-    fn note(&mut self) {
+    fn note(&mut self, sample: &Sample) {
         if self.plan.reaction == Reaction::None {
             self.noted = true;
         } else {
-            self.state = State::Violated;
+            self.state = State::Violated(sample.now_ns);
         }
     }
 

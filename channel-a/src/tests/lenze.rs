@@ -163,6 +163,27 @@ fn a_speed_that_stays_too_high_is_sto_after_the_response_time() {
 }
 
 #[test]
+fn a_speed_that_was_inside_in_between_is_judged_when_the_response_time_has_elapsed() {
+    // LNZ-EX-27: T2 + C15350
+    let run = |inside: f64| {
+        let mut bench = bench(&[(15_321, 0, 1), (15_350, 0, 200)]);
+        bench.ride(10, |t| if t < 9.5 { 0.0 } else { 3_001.0 });
+        bench.ride(209, |t| if t < 100.0 { 3_000.0 } else { 3_001.0 });
+        bench.ride(210, |_| inside)
+    };
+    assert_eq!(codes(&run(3_001.0)), [(102, 0, 0, 0), (105, 0, 0, 0)]);
+    assert_eq!(run(3_000.0).stop, Stop::Ss1);
+}
+
+#[test]
+fn what_leads_to_sto_ends_the_evaluation_in_its_instant() {
+    // DEC-14: 97 without 102, although the response time elapses in the same cycle
+    let mut bench = bench(&[(15_321, 0, 1), (15_350, 0, 100), (15_305, 0, 100)]);
+    bench.ride(10, |t| if t < 9.5 { 0.0 } else { 3_001.0 });
+    assert_eq!(codes(&bench.ride(110, |_| 3_001.0)), [(97, 0, 0, 0), (105, 0, 0, 0)]);
+}
+
+#[test]
 fn sdi_counts_from_the_furthest_position() {
     // LNZ-SDI-03, LNZ-EX-31, DEC-49
     let mut bench = bench(&[(15_342, 0, 50), (15_343, 0, 0)]);

@@ -216,7 +216,6 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         emergency_asked: false,
         cascade: cascading.then_some(Cascade::Closed),
         response_ns: (c(15_350).max(0) as u64).saturating_mul(MILLISECOND),
-        late: None,
         encoderless: c(15_400) == 0,
         enable_armed: false,
         ais_armed: false,

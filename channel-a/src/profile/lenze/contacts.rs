@@ -10,6 +10,9 @@ pub struct Contact {
     other: Line,
     limit_ns: u64,
     state: State,
+    /// A discrepancy was not acknowledged since: the valuation stays OFF, while the lines are
+    /// watched as ever.
+    latched: bool,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -23,16 +26,16 @@ enum State {
     On,
     /// One became low; which lines have been low since.
     Falling(u64, bool, bool),
-    /// Too late; whether it began from ON.
+    /// Too late; whether it began from ON. Over when both lines show the level that the
+    /// acknowledgement waits for (LNZ-IN-15, LNZ-IN-17).
     Faulty(bool),
-    /// Both lines have shown the level that the acknowledgement waits for.
-    Released,
 }
 
 impl Contact {
     /// Filter in samples of 62.5 µs, discrepancy time in ns.
     pub fn new(filter: u64, limit_ns: u64) -> Self {
-        Self { own: Line::unglitched(filter), other: Line::unglitched(filter), limit_ns, state: State::Off }
+        let line = Line::unglitched(filter);
+        Self { own: line, other: line, limit_ns, ..Self::default() }
     }
 
     /// The lines have stood like this for ever.
@@ -40,6 +43,7 @@ impl Contact {
         self.own.settle(own);
         self.other.settle(other);
         self.state = if own & other { State::On } else { State::Off };
+        self.latched = false;
     }
 
     /// Debounced level of the own line.
@@ -49,11 +53,12 @@ impl Contact {
 
     /// The valuation: ON.
     pub fn is_on(&self) -> bool {
-        match self.state {
+        let on = match self.state {
             State::On => true,
             State::Falling(_, own_fell, _) => !own_fell,
             _ => false,
-        }
+        };
+        on & !self.latched
     }
 
     /// Either line is high.
@@ -81,19 +86,18 @@ impl Contact {
                     false => State::Falling(since, own_fell, other_fell),
                 }
             }
-            State::Faulty(true) if !(own | other) => State::Released,
-            State::Faulty(false) if own & other => State::Released,
+            State::Faulty(true) if !(own | other) => State::Off,
+            State::Faulty(false) if own & other => State::On,
             state => state,
         };
-        matches!(self.state, State::Faulty(_))
+        let faulty = matches!(self.state, State::Faulty(_));
+        self.latched |= faulty;
+        faulty
     }
 
     /// The error was acknowledged.
     pub fn acknowledge(&mut self) {
-        if self.state == State::Released {
-            let on = self.own.level() & self.other.level();
-            self.state = if on { State::On } else { State::Off };
-        }
+        self.latched &= matches!(self.state, State::Faulty(_));
     }
 }
 
@@ -137,6 +141,19 @@ mod tests {
         assert!(!run(&mut contact, 31, 35, false, false));
         contact.acknowledge();
         run(&mut contact, 36, 40, true, true);
+        assert!(contact.is_on());
+    }
+
+    #[test]
+    fn a_rise_out_of_time_is_a_discrepancy_before_the_acknowledgement_too() {
+        // LNZ-IN-16, LNZ-IN-18
+        let mut contact = settled(true);
+        assert!(run(&mut contact, 1, 20, false, true));
+        assert!(!run(&mut contact, 21, 30, false, false));
+        assert!(run(&mut contact, 31, 50, true, false));
+        assert!(!run(&mut contact, 51, 52, true, true));
+        assert!(!contact.is_on(), "not acknowledged");
+        contact.acknowledge();
         assert!(contact.is_on());
     }
 

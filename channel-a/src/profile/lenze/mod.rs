@@ -96,7 +96,6 @@ pub struct Lenze {
     emergency_asked: bool,
     cascade: Option<Cascade>,
     response_ns: u64,
-    late: Option<u64>,
     encoderless: bool,
     enable_armed: bool,
     ais_armed: bool,
@@ -325,27 +324,21 @@ impl Lenze {
         (next != Cascade::Closed, released)
     }
 
-    /// SLS and SMS: back inside within C15350, or STO with 102 (LNZ-SMS-06).
+    /// SLS and SMS: back inside when C15350 has elapsed since the violation was detected, or STO
+    /// with 102 (LNZ-SMS-06, LNZ-EX-27). Being inside in between does not end the time.
     pub fn respond(&mut self, scene: &Scene) -> Response {
         self.speed = scene.sample.speed;
         let Scene { watches, sample, monitored, .. } = *scene;
-        let outside = |watch: &&Watch| {
-            let speed = watch.plan.quantity == Quantity::Speed;
-            let stops = matches!(watch.plan.reaction, Reaction::Stop(_));
+        let is_late = |watch: &Watch| {
+            let since_ns = watch.violated_since_ns().filter(|_| stops_by_itself(watch));
             let fast = watch.plan.window.left_by(sample.speed).is_some();
-            speed & stops & fast & watch.violated()
+            let elapsed =
+                since_ns.is_some_and(|since| sample.now_ns.saturating_sub(since) >= self.response_ns);
+            fast & elapsed
         };
-        if !watches.iter().any(|watch| outside(&watch)) {
-            self.late = None;
-            return Response::NOTHING;
-        }
-        let since = *self.late.get_or_insert(sample.now_ns);
-        let late = sample.now_ns.saturating_sub(since) >= self.response_ns;
-        if late & monitored {
-            return Response {
-                error: Some((ErrorCode::single(STILL_FAST), Class::Limit)),
-                reaction: Reaction::Sto,
-            };
+        if monitored && watches.iter().any(is_late) {
+            let error = Some((ErrorCode::single(STILL_FAST), Class::Limit));
+            return Response { error, reaction: Reaction::Sto };
         }
         Response::NOTHING
     }
@@ -441,6 +434,12 @@ impl Lenze {
         }
         selected & if self.output_and { all } else { any }
     }
+}
+
+/// SLS or SMS with SS1 or SS2; with STO the motor is coasting already (LNZ-SMS-07).
+fn stops_by_itself(watch: &Watch) -> bool {
+    let speed = watch.plan.quantity == Quantity::Speed;
+    speed & matches!(watch.plan.reaction, Reaction::Stop(_))
 }
 
 /// LNZ-SLS-02: a limited speed from V1.3 on as soon as the speed is below the limit.
