@@ -4,6 +4,7 @@
 
 mod cordic;
 mod seed;
+pub mod twin;
 
 use shm_schema::encoder::{Encoder, NOMINAL_AMPLITUDE, Slot, SlotKind};
 use shm_schema::exchange::Sampled;

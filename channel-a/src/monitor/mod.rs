@@ -220,6 +220,9 @@ impl Monitor {
         } else {
             (self.encoder.reading(), self.encoder.is_primed())
         };
+        if sound & primed & self.encoder_cell.advanced {
+            self.beside(cell, &reading, judged);
+        }
         let speed = reading.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX));
         let motion =
             Motion { position: reading.position, speed_mrpm: speed as i32, acceleration_mrpm_s: None };
@@ -232,6 +235,21 @@ impl Monitor {
         let speed = turns.checked_div(self.program.encoder.periods).unwrap_or(0);
         let speed = if self.program.encoder.inverted { speed.wrapping_neg() } else { speed };
         Reading { position: 0, speed }
+    }
+
+    /// The drive's own movement contradicts the safe one.
+    fn beside(&mut self, cell: &Sampled<Encoder>, reading: &Reading, judged: bool) {
+        let by_speed = self.is_encoderless();
+        let Some(twin) = &mut self.program.twin else { return };
+        let (drive, time_ns) = (cell.payload.drive_position, cell.timestamp_ns);
+        let found = if by_speed {
+            twin.step_by_speed(reading.speed, drive, time_ns)
+        } else {
+            twin.step(reading.position, drive, time_ns)
+        };
+        if let Some(contradiction) = found.filter(|_| judged) {
+            self.raise(Fault::Drive(contradiction));
+        }
     }
 
     fn is_encoderless(&self) -> bool {

@@ -321,7 +321,8 @@ impl Amk {
             Fault::Encoder(EncoderFault::Quadrant) => ErrorCode::amk(3606, SINE, 3, 0),
             // Nothing in the catalogue names these; two positions that should agree do not.
             Fault::Encoder(EncoderFault::Absent | EncoderFault::Jump | EncoderFault::Frozen)
-            | Fault::EncoderStale => ErrorCode::amk(3606, 7, 3, 0),
+            | Fault::EncoderStale
+            | Fault::Drive(_) => ErrorCode::amk(3606, 7, 3, 0),
             Fault::PartnerLost => ErrorCode::amk(3606, CROSS, 1, 0),
             Fault::Position => ErrorCode::amk(3606, CROSS, 5, 0),
             Fault::Speed => ErrorCode::amk(3606, CROSS, 6, 0),

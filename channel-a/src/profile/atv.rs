@@ -9,6 +9,7 @@ use shm_schema::word::Word;
 
 use super::atv_sls::{Levels, Sls, Verdict};
 use super::{Fault, Outside, Program, Requests, Response, Rules, Scene, State, edge};
+use crate::encoder::twin::{Compared, Contradiction, Twin};
 use crate::encoder::{Fault as EncoderFault, Selection};
 use crate::engine::approach::{Approach, Origin, Slope};
 use crate::engine::places::Places;
@@ -91,6 +92,9 @@ pub fn build(image: &Image, program: &mut Program) {
     program.stops.sto_least_ns = RELEASE_NS;
     program.tolerance.speed = level(4).checked_div(pole_pairs).unwrap_or(0);
     program.encoder = selection(image, program.encoder, pole_pairs);
+    // ATV-ENC-03: with STO alone neither motor nor encoder is known.
+    let known = (p(65) == 1) | (p(66) == 1) | (p(56) != 0);
+    program.twin = known.then(|| Twin::new(Compared::Direction));
     let levels = Levels {
         kind: p(39),
         standstill: level(46),
@@ -300,7 +304,11 @@ impl Atv {
         let (number, class) = match fault {
             Fault::Encoder(fault) => self.encoder_code(fault),
             Fault::EncoderStale => (0x094, Class::Cause),
-            Fault::Position | Fault::Speed => (0x02C, Class::Cause),
+            Fault::Position | Fault::Speed | Fault::Drive(Contradiction::Speed) => (0x02C, Class::Cause),
+            // ATV-ENC-09: without encoder it is the phases that are inverted, with it the encoder.
+            Fault::Drive(Contradiction::Direction) => {
+                (if self.open_loop() { 0x0DA } else { 0x0DB }, Class::Cause)
+            }
             Fault::Identity => (0x032, Class::Cause),
             Fault::Image => (0x032, Class::Restart),
             Fault::Clock => (0x0D4, Class::Restart),

@@ -17,6 +17,7 @@ use shm_schema::profile::{Profile, common};
 use shm_schema::word::Word;
 
 use crate::bus::BusFault;
+use crate::encoder::twin::{Contradiction, Twin};
 use crate::encoder::{Fault as EncoderFault, NO_GEAR, Selection};
 use crate::engine::Sample;
 use crate::engine::stop::{self, Demand, Stops};
@@ -128,6 +129,8 @@ impl Response {
 pub enum Fault {
     /// The encoder's signals.
     Encoder(EncoderFault),
+    /// The drive's own movement.
+    Drive(Contradiction),
     /// No believable sample for too long.
     EncoderStale,
     /// No report or agreement for three cycles.
@@ -175,6 +178,8 @@ pub struct Program {
     pub supplies: bool,
     /// The encoder.
     pub encoder: Selection,
+    /// What the drive's own movement is compared for, where the profile has it.
+    pub twin: Option<Twin>,
     /// Supervision of standstill, where the profile has it.
     pub sem: Option<Sem>,
     /// The first instance that found no place: it refuses the set.
@@ -214,6 +219,7 @@ impl Program {
             gaps: [Gaps::default(); LINES],
             supplies: false,
             encoder: Selection { kind: None, slot: 1, periods: 1, inverted: false, gear: NO_GEAR },
+            twin: None,
             sem: None,
             excess: None,
             rules: Rules::Refused,

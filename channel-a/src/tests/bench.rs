@@ -64,6 +64,9 @@ pub struct Bench {
     pub command: Option<Command>,
     pub torque_ppm: i32,
     pub drive_n0: bool,
+    pub drive_enabled: bool,
+    /// Speed of the drive in that of the motor.
+    pub drive_ratio: f64,
     pub acceleration: Option<i64>,
     pub ais: u64,
     pub aie: u64,
@@ -106,6 +109,8 @@ impl Bench {
             command: None,
             torque_ppm: 0,
             drive_n0: false,
+            drive_enabled: true,
+            drive_ratio: 1.0,
             acceleration: None,
             ais: 0,
             aie: 0,
@@ -127,6 +132,8 @@ impl Bench {
         let encoder = Encoder {
             slots: if self.raw { [self.sine_slot(); 2] } else { [Slot::default(); 2] },
             torque_ppm: self.torque_ppm,
+            drive_position: (self.turned * self.drive_ratio) as i64,
+            frequency_mhz: (self.rpm * 1_000.0 / 60.0) as i32,
             period_ns: MILLISECOND as u32,
             ..Encoder::default()
         };
@@ -155,7 +162,7 @@ impl Bench {
             source: CommandSource::Plain,
             clear_error: self.clear,
             drive_n0: self.drive_n0,
-            drive_enabled: true,
+            drive_enabled: self.drive_enabled,
             word: Word::from_u32(self.word),
             ..Command::default()
         };

@@ -5,6 +5,7 @@ mod amk_life;
 mod atv;
 pub mod bench;
 mod bus;
+mod drive;
 mod encoder;
 mod etg;
 mod etg_parallel;

@@ -52,6 +52,7 @@ pub const fn fault_code(fault: Fault) -> (ErrorCode, Class) {
         Fault::Overrun => (0x33, Class::Cause),
         Fault::EncoderStale => (0x40, Class::Cause),
         Fault::Encoder(fault) => (0x41 + fault as u32, Class::Cause),
+        Fault::Drive(contradiction) => (0x48 + contradiction as u32, Class::Cause),
     };
     (ErrorCode::single(GENERAL + number), class)
 }

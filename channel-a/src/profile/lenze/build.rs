@@ -5,6 +5,7 @@ use super::contacts::Contact;
 use super::pulse::Pulse;
 use super::{Cascade, Lenze, MILLISECOND, Mode, PAIRS, RPM, Role, SLI_REQUEST, SLS, SS1, SS2, code};
 use crate::encoder::Selection;
+use crate::encoder::twin::{Compared, Twin};
 use crate::engine::Range;
 use crate::engine::approach::{Approach, Fall};
 use crate::engine::stop::{self, End, Reaction};
@@ -104,6 +105,8 @@ pub fn build(image: &Image, program: &mut Program) {
     program.supplies = true;
     let resolver = c(15_400) == 2;
     program.encoder = encoder(image, program.encoder, resolver);
+    // LNZ-SPD-06
+    program.twin = (c(15_400) != 0).then(|| Twin::new(Compared::Speed(c(15_411))));
     program.rules = Rules::Lenze(rules(image, resolver));
 }
 

@@ -30,7 +30,7 @@ impl Lenze {
                 (208, Class::Cause)
             }
             Fault::Encoder(_) => (if self.resolver { 210 } else { 209 }, Class::Cause),
-            Fault::Speed => (212, Class::Cause),
+            Fault::Speed | Fault::Drive(_) => (212, Class::Cause),
             Fault::PartnerLost => (213, Class::Cause),
             Fault::Identity => (163, Class::Cause),
             Fault::Clock => (1, Class::Restart),
