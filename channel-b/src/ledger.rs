@@ -10,7 +10,8 @@ const ENTRIES: usize = 16;
 /// How long the cause of an error stands (DEC-15).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
-    /// Until the stop it demands has reached its end state.
+    /// Until the stop it demands has reached its end state; where it demands none, as long as
+    /// the limit is violated (ETG-ERR-02).
     Reaction,
     /// As long as it is raised again every cycle.
     Live,
@@ -33,11 +34,13 @@ pub struct Entry {
     pub is_error: bool,
     /// When its cause is gone.
     pub cause: Cause,
-    /// Monitoring function to release on acknowledgement, 255 none.
+    /// What to release on acknowledgement: a monitoring function, or [`STOP`] and above a stop.
     pub owner: u8,
 }
 
-/// No monitoring function waits for this error.
+/// Owner of the first stop function's errors; below it are those of the monitoring functions.
+pub const STOP: u8 = 128;
+/// Nothing waits for this error.
 pub const NO_OWNER: u8 = u8::MAX;
 
 impl Entry {
@@ -132,18 +135,17 @@ impl Ledger {
         (self.has_error, self.demands_sto, self.stops) = (has_error, demands_sto, stops);
     }
 
-    /// One edge clears everything whose cause is gone (DEC-15). `settled`: no stop function
-    /// is on its way. `released` is told the owner of each error that went.
-    pub fn acknowledge(&mut self, settled: bool, released: &mut dyn FnMut(u8)) {
+    /// One edge clears everything whose cause is gone (DEC-15). `settles` is asked about each
+    /// violation, and lets its function start again when it is over.
+    pub fn acknowledge(&mut self, settles: &mut dyn FnMut(&Entry) -> bool) {
         for place in &mut self.entries {
             let Some(standing) = place else { continue };
             let gone = match standing.entry.cause {
-                Cause::Reaction => settled,
+                Cause::Reaction => settles(&standing.entry),
                 Cause::Live | Cause::Passing => standing.fresh == 0,
                 Cause::Lasting => false,
             };
             if gone {
-                released(standing.entry.owner);
                 *place = None;
             }
         }
@@ -205,10 +207,10 @@ mod tests {
         let mut ledger = Ledger::new();
         ledger.raise(Entry::sto(PARTNER, Cause::Live));
         ledger.begin_cycle();
-        ledger.acknowledge(true, &mut |_| ());
+        ledger.acknowledge(&mut |_| true);
         assert!(ledger.demands_sto());
         ledger.begin_cycle();
-        ledger.acknowledge(true, &mut |_| ());
+        ledger.acknowledge(&mut |_| true);
         assert!(!ledger.has_error());
     }
 
@@ -239,7 +241,7 @@ mod tests {
         for _ in 0..2 {
             ledger.begin_cycle();
         }
-        ledger.acknowledge(true, &mut |_| ());
+        ledger.acknowledge(&mut |_| true);
         assert!(!ledger.demands_sto());
     }
 }

@@ -34,12 +34,12 @@ use crate::compare::{Comparison, Limits};
 use crate::encoder::Evaluation;
 use crate::encoder::drive::Companion;
 use crate::engine::Motion;
-use crate::engine::record::{Breach, SPEED_MAX};
-use crate::engine::spec::{NO_BIT, Reaction};
-use crate::engine::stops::{Demand, End};
+use crate::engine::record::{Breach, Phase as Stage, SPEED_MAX};
+use crate::engine::spec::{NO_BIT, Reaction, Spec};
+use crate::engine::stops::Demand;
 use crate::fresh::{Clock, Freshness};
 use crate::image::Image;
-use crate::ledger::{Cause, Entry, Ledger};
+use crate::ledger::{Cause, Entry, Ledger, STOP};
 use crate::outputs::Outputs as SafeOutputs;
 use crate::path::Path;
 use crate::profile::{Asked, Logic, Plan, judge};
@@ -74,6 +74,14 @@ pub struct Monitor {
     /// Stop functions requested in this cycle.
     asked: u16,
     flow: u32,
+}
+
+/// The error of a violated stop: its own reaction follows a left line, STO anything else
+/// (ETG-SS2-10).
+fn violation(logic: &Logic, place: u8, spec: &Spec, breach: Breach, phase: Stage) -> Entry {
+    let reaction = if breach == Breach::Line { spec.reaction } else { Reaction::Sto };
+    let code = logic.code(spec, breach, phase, reaction);
+    Entry { reaction, owner: STOP | place, ..Entry::sto(code, Cause::Reaction) }
 }
 
 /// Factor of the timing on every age and wait (architecture, "Timing").
@@ -191,7 +199,7 @@ impl Monitor {
         let (restart, error) = self.plan.logic.terminals(&asked);
         edges.restart |= restart;
         edges.error |= error;
-        self.acknowledge(edges.any());
+        self.acknowledge(edges.any(), &cells);
         let requested = self.plan.logic.requests(&self.plan.bits, &asked, &self.plan.bank, &mut self.ledger);
         self.asked = self.asked(&requested);
         let starts = self.start_up(&cells, &requested, edges.any() | edges.restart, now_ns);
@@ -217,19 +225,18 @@ impl Monitor {
     }
 
     /// DEC-15, DEC-16: one edge clears what may be cleared, and its function starts again.
-    fn acknowledge(&mut self, edge: bool) {
+    fn acknowledge(&mut self, edge: bool, cells: &senses::Cells) {
         self.visit(2);
         if edge {
-            let settled = !self.plan.stops.brakes();
-            let bank = &mut self.plan.bank;
-            self.ledger.acknowledge(settled, &mut |owner| bank.release(owner));
+            let plan = &mut self.plan;
+            self.ledger.acknowledge(&mut |entry| plan.settles(entry, &cells.word, &cells.motion, cells.now));
         }
     }
 
     /// DEC-19; whether torque becomes possible in this cycle.
     fn start_up(&mut self, cells: &senses::Cells, requested: &Word, edge: bool, now: u64) -> bool {
         let before = self.startup.phase();
-        let is_requested = self.demand(requested, cells, false).stops != 0;
+        let is_requested = self.asked | self.ledger.demanded_stops() != 0;
         let progress = Progress {
             is_sound: cells.is_plausible,
             is_equal: cells.is_agreed & self.comparison.is_equal() & !cells.is_partner_lost,
@@ -244,9 +251,9 @@ impl Monitor {
         is_operational & (before != Phase::Operational)
     }
 
-    fn sos_needs_restart(&self) -> bool {
-        let place = self.plan.stops.place().unwrap_or(0);
-        (self.plan.sos_needs_restart >> (place & 15) & 1 == 1) | self.plan.logic.waits_for_restart()
+    /// Bit n: the SOS at the end of stop n is left by a restart acknowledge only.
+    const fn sos_needs_restart(&self) -> u16 {
+        if self.plan.logic.waits_for_restart() { u16::MAX } else { self.plan.sos_needs_restart }
     }
 
     fn sto_needs_restart(&self) -> bool {
@@ -255,7 +262,7 @@ impl Monitor {
 
     /// A stop could be left but for the restart acknowledge.
     fn awaits_restart(&self, requested: &Word, cells: &senses::Cells) -> bool {
-        let is_acknowledged = self.sto_needs_restart() | (self.plan.sos_needs_restart != 0);
+        let is_acknowledged = self.sto_needs_restart() | (self.sos_needs_restart() != 0);
         if !is_acknowledged {
             return false;
         }
@@ -264,8 +271,8 @@ impl Monitor {
             let is_free = demand.may_leave & self.sto_needs_restart() & !demand.sto;
             return is_free & self.plan.stops.is_released(&demand);
         }
-        let stands = self.plan.stops.running().is_some_and(|(_, landed)| landed);
-        stands & demand.may_leave_sos & self.sos_needs_restart() & self.plan.stops.is_released(&demand)
+        let waiting = demand.may_leave_sos & self.sos_needs_restart() & !demand.requests;
+        waiting & self.plan.stops.standing() != 0
     }
 
     /// Stop functions requested in this cycle, bit n for place n.
@@ -287,10 +294,14 @@ impl Monitor {
         let must = self.requests_sto(requested) | self.ledger.demands_sto() | cells.crosscheck_error;
         Demand {
             sto: must | !is_operational,
-            stops: asked | self.ledger.demanded_stops(),
             requests: asked,
+            reactions: self.ledger.demanded_stops(),
             may_leave: !self.ledger.has_error() & (restart | !self.sto_needs_restart()),
-            may_leave_sos: !self.ledger.has_error() & (restart | !self.sos_needs_restart()),
+            may_leave_sos: match (self.ledger.has_error(), restart) {
+                (true, _) => 0,
+                (false, true) => u16::MAX,
+                (false, false) => !self.sos_needs_restart(),
+            },
         }
     }
 
@@ -303,29 +314,33 @@ impl Monitor {
             self.plan.stops.complete(&freed);
         }
         self.plan.stops.leave(&demand, now);
-        self.advance_stops(&demand, &cells.motion, now);
+        let is_violated = self.advance_stops(&demand, &cells.motion, now);
+        // What a violation ends in this cycle is judged in it, as after any other violation.
+        let in_sto = self.plan.stops.in_sto() & !is_violated;
         let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
-        let in_sto = self.plan.stops.in_sto();
         self.plan.bank.step(requested, in_sto, now, &cells.motion, &mut |owner, spec, breach, phase| {
             let code = logic.code(spec, breach, phase, spec.reaction);
-            ledger.raise(Entry { reaction: spec.reaction, owner, ..Entry::sto(code, Cause::Reaction) });
+            let reaction = if breach == Breach::Damage { Reaction::Sto } else { spec.reaction };
+            ledger.raise(Entry { reaction, owner, ..Entry::sto(code, Cause::Reaction) });
         });
     }
 
-    fn advance_stops(&mut self, demand: &Demand, motion: &Motion, now: u64) {
+    /// Whether a stop was violated.
+    fn advance_stops(&mut self, demand: &Demand, motion: &Motion, now: u64) -> bool {
         let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
-        self.plan.stops.advance(demand, now, motion, &mut |_, spec, breach, phase| {
-            let reaction = if breach == Breach::Line { spec.reaction } else { Reaction::Sto };
-            let code = logic.code(spec, breach, phase, reaction);
-            ledger.raise(Entry { reaction, ..Entry::sto(code, Cause::Reaction) });
-        });
+        self.plan.stops.advance(demand, now, motion, &mut |place, spec, breach, phase| {
+            ledger.raise(violation(logic, place, spec, breach, phase));
+        })
     }
 
     /// What the violations of this cycle demand, in this cycle.
     fn react(&mut self, requested: &Word, cells: &senses::Cells, now: u64) {
         self.visit(4);
         let demand = self.demand(requested, cells, false);
-        self.advance_stops(&demand, &cells.motion, now);
+        let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
+        self.plan.stops.join(&demand, now, &cells.motion, &mut |place, spec, breach, phase| {
+            ledger.raise(violation(logic, place, spec, breach, phase));
+        });
         if self.plan.stops.in_sto() {
             // DEC-14: nothing about motion is monitored or acknowledged in STO.
             self.plan.bank.step(&Word::ZERO, true, now, &cells.motion, &mut |_, _, _, _| ());
@@ -342,7 +357,7 @@ impl Monitor {
         word = set(word, bits.error, self.ledger.has_error());
         let phase = self.startup.phase();
         word = set(word, bits.valid, matches!(phase, Phase::AwaitAcknowledge | Phase::Operational));
-        if let Some((stop, landed)) = self.plan.stops.running() {
+        for (stop, landed) in self.plan.stops.running() {
             word = set(word, stop.spec.status, !landed);
             word = set(word, stop.standing_status, landed);
         }
@@ -362,15 +377,18 @@ impl Monitor {
         word
     }
 
+    /// What brakes comes before what stands.
     fn stop(&self) -> Stop {
         if self.plan.stops.in_sto() {
             return Stop::Sto;
         }
-        match self.plan.stops.running() {
-            None => Stop::None,
-            Some((_, true)) => Stop::Sos,
-            Some((stop, false)) if stop.end == End::Sto => Stop::Ss1,
-            Some(_) => Stop::Ss2,
+        if self.plan.stops.brakes_to_sto() {
+            return Stop::Ss1;
+        }
+        match (self.plan.stops.is_in_ss2(), self.plan.stops.braking() != 0) {
+            (false, _) => Stop::None,
+            (true, false) => Stop::Sos,
+            (true, true) => Stop::Ss2,
         }
     }
 

@@ -4,7 +4,7 @@ use shm_schema::word::Word;
 
 use super::Motion;
 use super::record::{Breach, Phase, Record, is_inside};
-use super::spec::{NO_BIT, Spec};
+use super::spec::{NO_BIT, Reaction, Spec};
 
 /// Most monitoring functions of one axis.
 pub const MONITORS_MAX: usize = 96;
@@ -22,6 +22,8 @@ struct Slot {
     state: State,
     /// Once landed, the window is all there is to judge.
     is_plain: bool,
+    /// Violated in this cycle, without a reaction (ETG-ERR-02).
+    is_violated: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +38,8 @@ impl Bank {
     /// No function.
     pub const fn new() -> Self {
         Self {
-            slots: [Slot { spec: Spec::IDLE, state: State::Idle, is_plain: false }; MONITORS_MAX],
+            slots: [Slot { spec: Spec::IDLE, state: State::Idle, is_plain: false, is_violated: false };
+                MONITORS_MAX],
             count: 0,
         }
     }
@@ -46,7 +49,7 @@ impl Bank {
         let Some(slot) = self.slots.get_mut(self.count) else {
             return false;
         };
-        *slot = Slot { spec, state: State::Idle, is_plain: is_plain(&spec) };
+        *slot = Slot { spec, state: State::Idle, is_plain: is_plain(&spec), is_violated: false };
         self.count = self.count.saturating_add(1);
         true
     }
@@ -80,6 +83,12 @@ impl Bank {
         if let Some(slot) = slot.filter(|slot| matches!(slot.state, State::Tripped)) {
             slot.state = State::Idle;
         }
+    }
+
+    /// Whether the function in `place` is requested and off its limit now, the one that was
+    /// violated without a reaction.
+    pub fn is_violated(&self, place: u8, requested: &Word, now: u64, motion: &Motion) -> bool {
+        self.slots.get(usize::from(place)).is_some_and(|slot| slot.is_off(requested, now, motion))
     }
 
     /// Enters the status bit of every function that stands in its window.
@@ -121,9 +130,16 @@ impl Slot {
         let is_off = !is_requested | is_suspended;
         if is_off {
             self.state = State::Idle;
+            self.is_violated = false;
             return None;
         }
         self.judge(now, motion)
+    }
+
+    fn is_off(&self, requested: &Word, now: u64, motion: &Motion) -> bool {
+        let State::Active(record) = &self.state else { return false };
+        let is_requested = (self.spec.control == NO_BIT) || requested.bit(self.spec.control);
+        is_requested && record.judge(&self.spec, now, motion).breach.is_some()
     }
 
     #[inline]
@@ -137,23 +153,26 @@ impl Slot {
         // The usual case of every cycle: nothing has changed since the window was reached.
         let is_kept = self.is_plain && record.keeps(&self.spec.window, motion);
         if is_kept {
+            self.is_violated = false;
             return None;
         }
         if self.spec.bit_only {
             return None;
         }
         let verdict = record.judge(&self.spec, now, motion);
-        if verdict.breach.is_some() {
-            self.state = State::Tripped;
-        } else {
+        self.is_violated = verdict.breach.is_some();
+        let goes_on = !self.is_violated | is_unanswered(&self.spec, verdict.breach);
+        if goes_on {
             record.note(&self.spec, &verdict, now, motion);
+        } else {
+            self.state = State::Tripped;
         }
         verdict.breach.map(|breach| (breach, verdict.phase))
     }
 
     fn stands(&self) -> bool {
         match &self.state {
-            State::Active(record) => record.has_landed(),
+            State::Active(record) => record.has_landed() & !self.is_violated,
             State::Idle | State::Tripped => false,
         }
     }
@@ -173,6 +192,11 @@ impl Slot {
             *part |= 1 << (bit & 31);
         }
     }
+}
+
+/// ETG-ERR-02: without a reaction the monitoring goes on as it was; a damaged record cannot.
+fn is_unanswered(spec: &Spec, breach: Option<Breach>) -> bool {
+    (spec.reaction == Reaction::None) & (breach != Some(Breach::Damage))
 }
 
 /// No second window, no dwell, no furthest position: the landed state has nothing to keep.

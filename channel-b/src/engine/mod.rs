@@ -26,3 +26,8 @@ pub struct Motion {
     /// Torque, millionths of the rated torque.
     pub torque: i64,
 }
+
+impl Motion {
+    /// Standstill at zero.
+    pub const ZERO: Self = Self { speed: 0, position: 0, acceleration: 0, torque: 0 };
+}

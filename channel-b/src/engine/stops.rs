@@ -1,7 +1,9 @@
-//! Stop functions: at most one runs; STO over SS1 over SS2 (DEC-13, AMK-GEN-07).
+//! Stop functions: STO over SS1 over SS2 (DEC-13, AMK-GEN-07). Those of the same rank run side by
+//! side, each from its own start to its own end (ETG-GEN-12): the first SS1 that ends is STO for
+//! all, an SS2 that ends stands in its own SOS while another still brakes (ETG-SS2-02).
 
 use super::Motion;
-use super::record::{Breach, Phase, Record};
+use super::record::{Breach, Phase, Record, Verdict};
 use super::spec::{Reaction, Spec};
 use crate::twin::Twin;
 
@@ -35,38 +37,50 @@ pub struct Stop {
 pub struct Demand {
     /// Torque off is asked for.
     pub sto: bool,
-    /// Bit n: the stop function in place n is asked for, by a request or by an error.
-    pub stops: u16,
-    /// The same by a request alone.
+    /// Bit n: the stop function in place n is asked for by a request.
     pub requests: u16,
+    /// Bit n: by an error that stands.
+    pub reactions: u16,
     /// A finished stop may be left: no error stands, the restart rule is satisfied.
     pub may_leave: bool,
-    /// The same for a standing SOS at the end of an SS2.
-    pub may_leave_sos: bool,
+    /// Bit n: the same for the SOS at the end of stop n.
+    pub may_leave_sos: u16,
 }
+
+impl Demand {
+    const fn stops(&self) -> u16 {
+        self.requests | self.reactions
+    }
+}
+
+/// Is told the place of a stop, its spec and how it was violated.
+pub type Found<'a> = dyn FnMut(u8, &Spec, Breach, Phase) + 'a;
 
 /// All stop functions of one axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Stops {
     table: [Option<Stop>; STOPS_MAX],
     count: usize,
-    active: Option<(u8, Record)>,
+    /// Bit n: stop n exists; it is an SS1.
+    known: u16,
+    ss1: u16,
+    /// Bit n: stop n brakes or stands; what is known of it is in its record.
+    running: Twin,
+    records: [Record; STOPS_MAX],
     sto: Twin,
     /// When STO was entered, ns.
     entered: Twin,
-    /// Bit mask of the stop that ended in STO.
+    /// Bit mask of the stops that ended in STO.
     origin: Twin,
-    /// Bit mask of the stop that ended in STO, by its end or by a violation, and whose request
+    /// Bit mask of the stops that ended in STO, by their end or by a violation, and whose request
     /// has stood since: while it stands, STO stands (DEC-11, DEC-12). A request that comes
     /// later is remembered and begins when STO is left (DEC-13).
     held: Twin,
     /// Bit n: stop n was interrupted by STO and its request has not gone since.
     interrupted: u16,
-    /// Requests of this cycle.
-    requests: u16,
-    /// Further SS1 requested while one brakes, each in its own envelope since its own request
-    /// (ETG-GEN-12); the first that ends, ends all.
-    beside: [Option<Record>; STOPS_MAX],
+    /// Bit n: stop n has left its line, and another stop took over (ETG-SS2-10). It does not begin
+    /// again before its request has gone or its error was acknowledged (DEC-17).
+    spent: u16,
     /// How long the STO of a finished stop lasts at least, ns (DEC-48).
     sto_least_ns: u64,
 }
@@ -77,24 +91,30 @@ impl Stops {
         Self {
             table: [None; STOPS_MAX],
             count: 0,
-            active: None,
+            known: 0,
+            ss1: 0,
+            running: Twin::new(0),
+            records: [Record::begin(0, &Motion::ZERO); STOPS_MAX],
             sto: Twin::flag(true),
             entered: Twin::time(0),
             origin: Twin::new(0),
             held: Twin::new(0),
             interrupted: 0,
-            requests: 0,
-            beside: [None; STOPS_MAX],
+            spent: 0,
             sto_least_ns: 0,
         }
     }
 
     /// Adds a stop function; its place, or `None` when there is no room.
     pub fn add(&mut self, stop: Stop) -> Option<u8> {
-        let place = self.count;
-        *self.table.get_mut(place)? = Some(stop);
+        let place = self.count as u8;
+        *self.table.get_mut(self.count)? = Some(stop);
         self.count = self.count.saturating_add(1);
-        Some(place as u8)
+        self.known |= bit(place);
+        if stop.end == End::Sto {
+            self.ss1 |= bit(place);
+        }
+        Some(place)
     }
 
     /// The STO of a finished stop lasts at least this long (ATV 100 ms).
@@ -104,9 +124,15 @@ impl Stops {
 
     /// The stop functions in use, with their places.
     pub fn all(&self) -> impl Iterator<Item = (u8, &Stop)> {
-        (0..)
-            .zip(self.table.iter().take(self.count))
-            .filter_map(|(place, stop)| Some((place, stop.as_ref()?)))
+        self.of(self.known)
+    }
+
+    fn of(&self, mask: u16) -> impl Iterator<Item = (u8, &Stop)> {
+        places(mask).filter_map(|place| Some((place, self.table.get(usize::from(place))?.as_ref()?)))
+    }
+
+    fn record(&self, place: u8) -> Option<&Record> {
+        self.records.get(usize::from(place))
     }
 
     /// Torque is off.
@@ -114,20 +140,53 @@ impl Stops {
         self.sto.is(true)
     }
 
-    /// The stop that brakes or stands, with whether it has reached its window.
-    pub fn running(&self) -> Option<(&Stop, bool)> {
-        let (place, record) = self.active.as_ref()?;
-        Some((self.at(*place)?, record.has_landed()))
+    /// Bit n: stop n brakes or stands. Damage is answered by [`Stops::advance`].
+    fn on(&self) -> u16 {
+        self.running.get().map_or(0, |running| running as u16)
     }
 
-    /// Time since the running stop began and time inside its window, ns.
-    pub fn progress(&self, now: u64) -> Option<(i64, i64)> {
-        self.active.as_ref().and_then(|(_, record)| record.progress(now))
+    fn set_running(&mut self, running: u16) {
+        self.running = Twin::new(i64::from(running));
     }
 
-    /// Place of the stop that brakes or stands.
-    pub fn place(&self) -> Option<u8> {
-        self.active.as_ref().map(|(place, _)| *place)
+    /// Bit n: stop n has reached its end state, an SOS.
+    pub fn standing(&self) -> u16 {
+        let landed = |place: u8| self.record(place).is_some_and(Record::has_landed);
+        places(self.on()).fold(0, |mask, place| mask | u16::from(landed(place)) << (place & 15))
+    }
+
+    /// Bit n: stop n is still on its way to its end state (DEC-15).
+    pub fn braking(&self) -> u16 {
+        self.on() & !self.standing()
+    }
+
+    /// Stop `place` is still on its way to its end state, or an SS1 is that has aborted it.
+    pub fn is_pending(&self, place: u8) -> bool {
+        self.brakes_to_sto() | (self.braking() & bit(place) != 0)
+    }
+
+    /// An SS1 brakes.
+    pub fn brakes_to_sto(&self) -> bool {
+        self.on() & self.ss1 != 0
+    }
+
+    /// An SS2 brakes, or stands in its SOS.
+    pub fn is_in_ss2(&self) -> bool {
+        self.on() & !self.ss1 != 0
+    }
+
+    /// What brakes or stands: places, and whether the end state is reached.
+    pub fn running(&self) -> impl Iterator<Item = (&Stop, bool)> {
+        let standing = self.standing();
+        self.of(self.on()).map(move |(place, stop)| (stop, standing & bit(place) != 0))
+    }
+
+    /// Of the running stops in `mask`: time since the beginning and time inside the window, ns.
+    pub fn progress(&self, mask: u16, now: u64) -> impl Iterator<Item = (&Stop, i64, i64)> {
+        self.of(self.on() & mask).filter_map(move |(place, stop)| {
+            let (elapsed, dwelt) = self.record(place)?.progress(now)?;
+            Some((stop, elapsed, dwelt))
+        })
     }
 
     /// The STO of a finished stop has its least time still before it (DEC-48).
@@ -141,34 +200,39 @@ impl Stops {
         self.held.get().map_or(u16::MAX, |held| held as u16)
     }
 
-    /// Bit mask of the stop that ended in the present STO.
+    /// Bit mask of the stops that ended in the present STO.
     pub fn origin(&self) -> i64 {
         self.origin.get().unwrap_or(0)
     }
 
-    /// Drops a running or finished stop that is no longer asked for: the enable switch
+    /// Drops running or finished stops that are no longer asked for: the enable switch
     /// completes stopping times (LNZ-OMS-14).
     pub fn complete(&mut self, demand: &Demand) {
-        let is_free = !demand.sto & demand.may_leave & (demand.stops == 0);
+        let is_free = !demand.sto & demand.may_leave & (demand.stops() == 0);
         if is_free {
-            self.active = None;
-            self.release();
+            self.set_running(0);
+            self.leave_for_torque();
         }
     }
 
-    const fn release(&mut self) {
+    const fn leave_for_torque(&mut self) {
         self.sto = Twin::flag(false);
         self.origin = Twin::new(0);
         self.held = Twin::new(0);
     }
 
-    /// A stop function is still on its way to its end state (DEC-15).
-    pub fn brakes(&self) -> bool {
-        self.running().is_some_and(|(_, landed)| !landed)
+    /// The error of the stop in `place` was acknowledged: it may begin again (DEC-17).
+    pub const fn release(&mut self, place: u8) {
+        self.spent &= !bit(place);
     }
 
-    fn at(&self, place: u8) -> Option<&Stop> {
-        self.table.get(usize::from(place))?.as_ref()
+    /// Stop `place` is off its line, which has no reaction (ETG-ERR-02).
+    pub fn is_violated(&self, place: u8, now: u64, motion: &Motion) -> bool {
+        let is_violated = |stop: &Stop| {
+            let record = self.record(place);
+            record.is_some_and(|record| record.judge(&stop.spec, now, motion).breach.is_some())
+        };
+        self.of(self.on() & bit(place)).any(|(_, stop)| is_violated(stop))
     }
 
     /// Leaves what may be left. First call of a cycle.
@@ -176,21 +240,15 @@ impl Stops {
         if self.in_sto() {
             self.leave_sto(demand, now);
         }
-        let Some((place, record)) = &self.active else {
-            return;
-        };
-        let is_asked = demand.stops >> (place & 15) & 1 == 1;
-        let may = record.has_landed() & demand.may_leave_sos & !is_asked;
-        if may {
-            self.active = None;
+        let leaves = demand.may_leave_sos & !demand.stops() & self.on();
+        if leaves != 0 {
+            self.set_running(self.on() & !(leaves & self.standing()));
         }
     }
 
-    /// The request of what ended in this state is gone.
+    /// The requests that held this STO are gone.
     pub fn is_released(&self, demand: &Demand) -> bool {
-        let held = self.held.get().unwrap_or(-1);
-        let active = self.place().map_or(0, |place| 1 << (place & 15));
-        i64::from(demand.requests) & (held | active) == 0
+        i64::from(demand.requests) & self.held.get().unwrap_or(-1) == 0
     }
 
     fn leave_sto(&mut self, demand: &Demand, now: u64) {
@@ -207,164 +265,126 @@ impl Stops {
         let is_held = demand.sto | (held != 0);
         let stays = is_held | too_young | !demand.may_leave;
         if !stays {
-            self.release();
+            self.leave_for_torque();
         }
     }
 
-    /// Starts what is asked for and judges what runs. May be called again in the same
-    /// cycle with a larger demand; the answer to what already ran is the same.
-    pub fn advance(
-        &mut self,
-        demand: &Demand,
-        now: u64,
-        motion: &Motion,
-        found: &mut dyn FnMut(u8, &Spec, Breach, Phase),
-    ) {
-        self.interrupted &= demand.stops;
-        self.requests = demand.requests;
-        let is_idle = !demand.sto & !self.in_sto() & (demand.stops == 0) & self.active.is_none();
+    /// Starts what is asked for and judges what runs; whether a stop was violated in this cycle.
+    pub fn advance(&mut self, demand: &Demand, now: u64, motion: &Motion, found: &mut Found<'_>) -> bool {
+        let asked = demand.stops();
+        self.interrupted &= asked;
+        self.spent &= asked;
+        let is_running = self.running.get() != Some(0);
+        let is_idle = !(demand.sto | self.in_sto() | (asked != 0) | is_running);
         if is_idle {
-            return;
+            return false;
         }
-        if demand.sto {
+        if self.running.get().is_none() {
+            self.enter_sto(0, now);
+        }
+        self.begin(demand, now, motion);
+        self.judge(self.on(), demand, now, motion, found)
+    }
+
+    /// Starts what the errors of the same cycle ask for besides.
+    pub fn join(&mut self, demand: &Demand, now: u64, motion: &Motion, found: &mut Found<'_>) {
+        let begun = self.begin(demand, now, motion);
+        if begun != 0 {
+            self.judge(begun, demand, now, motion, found);
+        }
+    }
+
+    /// Starts what is asked for; bit mask of what was started.
+    fn begin(&mut self, demand: &Demand, now: u64, motion: &Motion) -> u16 {
+        let running = self.on();
+        // A reaction that has failed already is none.
+        let has_failed = demand.reactions & self.spent != 0;
+        if demand.sto | has_failed {
             self.enter_sto(0, now);
         }
         if self.in_sto() {
-            self.abort(demand);
-            return;
+            self.abort(0, demand);
+            return 0;
         }
-        self.select(demand, now, motion);
-        self.judge(now, motion, found);
-        self.judge_beside(now, motion, found);
+        let asked = demand.stops() & self.known & !running & !self.spent;
+        // DEC-11: what runs, runs to its end; DEC-13: only a higher stop aborts it.
+        let is_ss1 = (running | asked) & self.ss1 != 0;
+        let rank = if is_ss1 { self.ss1 } else { u16::MAX };
+        let begun = asked & rank;
+        for place in places(begun) {
+            self.start(place, Record::begin(now, motion));
+        }
+        self.set_running((running & rank) | begun);
+        begun
+    }
+
+    fn start(&mut self, place: u8, record: Record) {
+        let resumes = self.of(bit(place)).any(|(_, stop)| stop.resumes);
+        let was_interrupted = self.interrupted & bit(place) != 0;
+        if let Some(entry) = self.records.get_mut(usize::from(place)) {
+            *entry = if resumes & was_interrupted { record.landed() } else { record };
+        }
     }
 
     /// STO ends what runs. An SS1 has its end state then: while the request that it had stands,
-    /// STO stands (DEC-11, DEC-13, ATV-SS1-12).
-    fn abort(&mut self, demand: &Demand) {
-        let Some(place) = self.place() else { return };
-        let bit = 1_u16 << (place & 15);
-        self.interrupted |= bit & demand.stops;
-        let is_ss1 = self.running().is_some_and(|(stop, _)| stop.end == End::Sto);
-        if is_ss1 {
-            self.hold(bit & demand.requests);
+    /// STO stands (DEC-11, DEC-13, ATV-SS1-12). `left`: stops that were violated.
+    fn abort(&mut self, left: u16, demand: &Demand) {
+        let running = self.on();
+        if running == 0 {
+            return;
         }
-        self.active = None;
+        self.interrupted |= running & !left & demand.stops();
+        let held = i64::from(running & self.ss1 & demand.requests);
+        self.held = Twin::new(self.held.get().unwrap_or(-1) | held);
+        self.set_running(0);
     }
 
-    /// The request of the SS1 that has ended here holds STO, and so does that of every other SS1
-    /// that was requested beside it (ETG-GEN-12).
-    fn hold(&mut self, own: u16) {
-        let beside =
-            self.all().fold(0, |mask, (place, stop)| mask | u16::from(stop.end == End::Sto) << (place & 15));
-        let held = self.held.get().unwrap_or(0) | i64::from(own | (beside & self.requests));
-        self.held = Twin::new(held);
-    }
-
-    fn enter_sto(&mut self, origin: i64, now: u64) {
+    fn enter_sto(&mut self, origin: u16, now: u64) {
         if !self.in_sto() {
             self.entered = Twin::time(now);
-            self.origin = Twin::new(origin);
+            self.origin = Twin::new(i64::from(origin));
         }
         self.sto = Twin::flag(true);
     }
 
-    fn first(&self, asked: u16, end: End) -> Option<u8> {
-        let is_asked = |place: u8| asked >> (place & 15) & 1 == 1;
-        self.all().find(|(place, stop)| is_asked(*place) & (stop.end == end)).map(|(place, _)| place)
-    }
-
-    fn select(&mut self, demand: &Demand, now: u64, motion: &Motion) {
-        let running = self.running().map(|(stop, _)| stop.end);
-        // DEC-11: what runs, runs to its end; DEC-13: only a higher stop aborts it.
-        let next = match running {
-            Some(End::Sto) => None,
-            Some(End::Sos) => self.first(demand.stops, End::Sto),
-            None => self.first(demand.stops, End::Sto).or(self.first(demand.stops, End::Sos)),
-        };
-        if running == Some(End::Sto) || next.is_some_and(|place| self.ends_in_sto(place)) {
-            self.select_beside(demand.stops, next.or(self.place()), now, motion);
-        }
-        if let Some(place) = next {
-            let record = Record::begin(now, motion);
-            let resumes = self.at(place).is_some_and(|stop| stop.resumes);
-            let was_interrupted = self.interrupted >> (place & 15) & 1 == 1;
-            self.active = Some((place, if resumes & was_interrupted { record.landed() } else { record }));
-        }
-    }
-
-    fn ends_in_sto(&self, place: u8) -> bool {
-        self.at(place).is_some_and(|stop| stop.end == End::Sto)
-    }
-
-    fn select_beside(&mut self, asked: u16, first: Option<u8>, now: u64, motion: &Motion) {
-        for place in 0..STOPS_MAX as u8 {
-            let is_asked = asked >> (place & 15) & 1 == 1;
-            let is_further = is_asked & (first != Some(place)) & self.ends_in_sto(place);
-            if let (true, Some(entry)) = (is_further, self.beside.get_mut(usize::from(place))) {
-                entry.get_or_insert(Record::begin(now, motion));
-            }
-        }
-    }
-
-    /// As the one that brakes: a breach or the end of a further SS1 is STO.
-    fn judge_beside(&mut self, now: u64, motion: &Motion, found: &mut dyn FnMut(u8, &Spec, Breach, Phase)) {
-        for place in 0..STOPS_MAX as u8 {
-            let brakes = self.running().is_some_and(|(stop, _)| stop.end == End::Sto);
-            if !brakes {
-                self.beside = [None; STOPS_MAX];
-                return;
-            }
-            let entry = self.beside.get(usize::from(place)).copied().flatten();
-            let Some((mut record, stop)) = entry.zip(self.at(place).copied()) else { continue };
+    /// Judges the running stops in `mask`, each by its own record; whether one was violated.
+    fn judge(
+        &mut self,
+        mask: u16,
+        demand: &Demand,
+        now: u64,
+        motion: &Motion,
+        found: &mut Found<'_>,
+    ) -> bool {
+        let mut ends = Ends::default();
+        for place in places(mask) {
+            let stop = self.table.get(usize::from(place)).and_then(Option::as_ref);
+            let Some((stop, record)) = stop.zip(self.records.get_mut(usize::from(place))) else { continue };
             let verdict = record.judge(&stop.spec, now, motion);
-            record.note(&stop.spec, &verdict, now, motion);
-            if let Some(entry) = self.beside.get_mut(usize::from(place)) {
-                *entry = Some(record);
-            }
-            let is_over = (verdict.phase == Phase::Window) | verdict.breach.is_some();
-            if !is_over {
-                continue;
-            }
-            // The one that ran holds STO by its request as well.
-            let first = self.place().map_or(0, |first| 1_u16 << (first & 15));
-            self.active = None;
-            self.hold(first | 1 << (place & 15));
+            let answer = answer(place, stop, &verdict);
             if let Some(breach) = verdict.breach {
-                self.enter_sto(0, now);
+                ends.is_violated = true;
                 found(place, &stop.spec, breach, verdict.phase);
-            } else {
-                self.enter_sto(1 << (place & 15), now);
+            }
+            match answer {
+                Answer::GoesOn => record.note(&stop.spec, &verdict, now, motion),
+                Answer::Ends => ends.ended |= bit(place),
+                Answer::Leaves => ends.left |= bit(place),
+                Answer::HandsOver => ends.spent |= bit(place),
             }
         }
+        self.end(&ends, demand, now);
+        ends.is_violated
     }
 
-    fn judge(&mut self, now: u64, motion: &Motion, found: &mut dyn FnMut(u8, &Spec, Breach, Phase)) {
-        let Some((place, mut record)) = self.active else {
-            return;
-        };
-        let Some(stop) = self.at(place).copied() else {
-            return self.enter_sto(0, now);
-        };
-        let verdict = record.judge(&stop.spec, now, motion);
-        if let Some(breach) = verdict.breach {
-            self.active = None;
-            // ETG-SS2-10: only a left line may have another reaction than STO.
-            let is_own_reaction = matches!((breach, stop.spec.reaction), (Breach::Line, Reaction::Stop(_)));
-            if !is_own_reaction {
-                self.enter_sto(0, now);
-                if stop.end == End::Sto {
-                    self.hold(1 << (place & 15));
-                }
-            }
-            return found(place, &stop.spec, breach, verdict.phase);
+    fn end(&mut self, ends: &Ends, demand: &Demand, now: u64) {
+        if ends.spent != 0 {
+            self.spent |= ends.spent;
+            self.set_running(self.on() & !ends.spent);
         }
-        record.note(&stop.spec, &verdict, now, motion);
-        self.active = Some((place, record));
-        let is_over = (verdict.phase == Phase::Window) & (stop.end == End::Sto);
-        if is_over {
-            self.active = None;
-            self.hold(1 << (place & 15));
-            self.enter_sto(1 << (place & 15), now);
+        if ends.ended | ends.left != 0 {
+            self.abort(ends.left, demand);
+            self.enter_sto(if ends.left == 0 { ends.ended } else { 0 }, now);
         }
     }
 }
@@ -373,4 +393,49 @@ impl Default for Stops {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// What became of the stops of one cycle, as bit masks.
+#[derive(Default)]
+struct Ends {
+    ended: u16,
+    left: u16,
+    spent: u16,
+    is_violated: bool,
+}
+
+/// What a verdict means to its stop.
+enum Answer {
+    GoesOn,
+    /// An SS1 has reached its end: STO.
+    Ends,
+    /// Violated: STO.
+    Leaves,
+    /// Violated: its reaction takes over.
+    HandsOver,
+}
+
+/// ETG-SS2-10: only a left line may have another reaction than STO; the stop itself is none.
+fn answer(place: u8, stop: &Stop, verdict: &Verdict) -> Answer {
+    match (verdict.breach, stop.spec.reaction) {
+        (None, _) if (verdict.phase == Phase::Window) & (stop.end == End::Sto) => Answer::Ends,
+        (None, _) | (Some(Breach::Line), Reaction::None) => Answer::GoesOn,
+        (Some(Breach::Line), Reaction::Stop(other)) if other != place => Answer::HandsOver,
+        (Some(_), _) => Answer::Leaves,
+    }
+}
+
+/// No bit for what is no place.
+const fn bit(place: u8) -> u16 {
+    if place < 16 { 1 << place } else { 0 }
+}
+
+/// The places of a bit mask.
+fn places(mask: u16) -> impl Iterator<Item = u8> {
+    let mut rest = mask;
+    core::iter::from_fn(move || {
+        let place = rest.trailing_zeros() as u8;
+        rest &= rest.wrapping_sub(1);
+        (place < 16).then_some(place)
+    })
 }

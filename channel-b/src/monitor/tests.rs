@@ -164,12 +164,12 @@ fn an_ss1_requested_after_an_ss1_reaction_is_remembered() {
     rig.step();
     rig.world.clear = true;
     let cleared = rig.step();
-    assert_eq!(
-        (codes(&cleared), cleared.report.stop),
-        (vec![], Stop::Sto),
-        "an SS1 at standstill ends at once"
-    );
+    assert_eq!((codes(&cleared), cleared.report.stop), (vec![], Stop::Ss1));
     rig.world.clear = false;
+    // Prm18: its delay passes, then it stands at once and holds STO.
+    let begin = rig.cycle;
+    assert_eq!(rig.until(|_, _| (), |o| o.report.stop == Stop::Sto).map(|end| end - begin), Some(9));
+    assert_eq!(rig.step().report.stop, Stop::Sto);
     rig.world.word = request(control::SLS2);
     assert_eq!(rig.step().report.stop, Stop::None);
 }

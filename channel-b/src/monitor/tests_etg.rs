@@ -121,7 +121,7 @@ fn ss2_ends_in_the_sos_of_its_number() {
     let word = without(&[control::SS2_2]);
     assert_eq!(
         run(&mut rig, word, |e| (900_000 - e * 4_000).max(10_000)),
-        (Some(300), vec![[etg::SS2 << 16 | 0x202, 0, 0, 0]])
+        (Some(300), vec![[etg::SOS << 16 | 0x201, 0, 0, 0]])
     );
     let mut rig = set(&rows);
     // DEC-05: without a dwell time standstill ends nothing early.
@@ -258,4 +258,152 @@ fn a_delay_as_long_as_the_time_and_a_negative_magnitude_are_refused() {
     {
         assert_eq!(set(&rows).step().report.phase, Phase::Refused);
     }
+}
+
+/// ETG-GEN-12, ETG-SS2-01, ETG-SS2-02, DEC-13: each SS2 brakes by its own time and stands in the SOS
+/// of its number from its own end on, while another still brakes.
+#[test]
+fn two_ss2_run_side_by_side_and_each_sos_is_monitored_from_its_own_end() {
+    let rows = [
+        AUTOMATIC,
+        (etg::SS2, 1, 1, 300),
+        (etg::SS2, 2, 1, 100),
+        (etg::SOS, 1, 1, 1_000),
+        (etg::SOS, 2, 1, 10),
+    ];
+    let both = without(&[control::SS2_1, control::SS2_2]);
+    let stands = |position: i64| {
+        let mut rig = set(&rows);
+        rig.world.word = both;
+        let begin = rig.cycle;
+        let quick = rig.until(|_, _| (), |o| bit(o, shown::SOS_2));
+        assert_eq!(quick.map(|end| end - begin), Some(100));
+        let during = rig.last[1].expect("stepped");
+        assert_eq!((during.report.stop, bit(&during, shown::SOS_1)), (Stop::Ss2, false));
+        rig.world.position = position;
+        let next = rig.step();
+        (rig, begin, next)
+    };
+    let (_, _, left) = stands(11);
+    assert_eq!((left.report.stop, codes(&left)), (Stop::Sto, vec![[etg::SOS << 16 | 0x201, 0, 0, 0]]));
+    let (mut rig, begin, kept) = stands(10);
+    assert!(codes(&kept).is_empty());
+    let slow = rig.until(|_, _| (), |o| bit(o, shown::SOS_1));
+    assert_eq!(slow.map(|end| end - begin), Some(300));
+    let last = rig.step();
+    assert_eq!((last.report.stop, bit(&last, shown::SOS_2)), (Stop::Sos, true));
+}
+
+/// ETG-RST-02, ETG-SS2-11: each standing SOS is left by its own rule, while another goes on.
+#[test]
+fn each_sos_is_left_by_the_rule_of_its_own_ss2() {
+    let rows = [(etg::SS2, 1, 1, 100), (etg::SS2, 2, 1, 100), (etg::SS2, 2, 5, 0)];
+    let mut rig = set(&rows);
+    let both = without(&[control::SS2_1, control::SS2_2]);
+    assert!(rig.until(|_, w| w.word = both, |o| bit(o, shown::SOS_1) & bit(o, shown::SOS_2)).is_some());
+    rig.world.word = NEUTRAL;
+    let waits = rig.step();
+    assert!(bit(&waits, shown::SOS_1) & !bit(&waits, shown::SOS_2));
+    assert!(bit(&waits, shown::RESTART_ACKNOWLEDGE_REQUEST));
+    // A new SS2_2 brakes beside the SOS that waits.
+    rig.world.word = without(&[control::SS2_2]) | 1 << control::RESTART_ACKNOWLEDGE;
+    let left = rig.step();
+    assert_eq!((left.report.stop, bit(&left, shown::SOS_1)), (Stop::Ss2, false));
+}
+
+/// DEC-13, ETG-GEN-12: SS1 aborts every SS2, and what is requested begins anew when STO is left.
+#[test]
+fn an_ss1_aborts_every_ss2_and_they_begin_anew_after_its_sto() {
+    let rows = [AUTOMATIC, (etg::SS1, 1, 1, 50), (etg::SS2, 1, 1, 300), (etg::SS2, 2, 1, 20)];
+    let mut rig = set(&rows);
+    let ss2 = [control::SS2_1, control::SS2_2];
+    assert!(rig.until(|_, w| w.word = without(&ss2), |o| bit(o, shown::SOS_2)).is_some());
+    let all = without(&[control::SS1_1, control::SS2_1, control::SS2_2]);
+    rig.world.word = all;
+    let aborts = rig.step();
+    assert_eq!((aborts.report.stop, bit(&aborts, shown::SOS_2)), (Stop::Ss1, false));
+    assert!(rig.until(|_, _| (), |o| o.report.stop == Stop::Sto).is_some());
+    let begin = rig.cycle;
+    let again = rig.until(|_, w| w.word = without(&ss2), |o| bit(o, shown::SOS_2));
+    assert_eq!(again.map(|end| end - begin), Some(20));
+}
+
+/// ETG-SS2-10, DEC-17: a left line hands over to the other SS2, and does not begin again itself.
+#[test]
+fn an_ss2_off_its_line_hands_over_to_its_reaction() {
+    let line = [(etg::SS2, 1, 1, 1000), (etg::SS2, 1, 3, 10_000), (etg::SS2, 1, 4, 100), (etg::SOS, 1, 2, 5)];
+    let other = [(etg::SS2, 1, 6, reference(etg::SS2, 2)), (etg::SS2, 2, 1, 200)];
+    let mut rig = set(&[&line[..], &other[..], &[AUTOMATIC][..]].concat());
+    let (ends, codes) = run(&mut rig, without(&[control::SS2_1]), |_| 500_000);
+    // The line is left 1 ms after the delay; SS2_2 takes its own time from there.
+    assert_eq!((ends, codes), (Some(301), vec![[etg::SS2 << 16 | 0x101, 0, 0, 0]]));
+    assert_eq!(rig.step().report.stop, Stop::Sos);
+}
+
+/// ETG-GEN-05, ETG-GEN-12: eight SS1 and eight SS2 at once; one more is refused at load.
+#[test]
+fn eight_ss1_and_eight_ss2_fit_and_the_seventeenth_stop_is_refused() {
+    let mut all: Vec<_> = (1..=8).flat_map(|i| [(etg::SS1, i, 1, 900), (etg::SS2, i, 1, 900)]).collect();
+    assert!(set(&all).step().report.ready);
+    all.push((etg::SS2, 9, 1, 900));
+    let refused = set(&all).step();
+    assert_eq!(
+        (refused.report.phase, codes(&refused)),
+        (Phase::Refused, vec![[etg::SS2 << 16 | 0x900, 0, 0, 0]])
+    );
+    let many: Vec<_> = (1..=97).map(|i| (etg::SSM, i, 1, 900)).collect();
+    assert_eq!(set(&many[..96]).step().report.phase, Phase::Operational);
+    assert_eq!(codes(&set(&many).step()), [[etg::SSM << 16 | 97 << 8, 0, 0, 0]]);
+}
+
+fn without_reaction() -> Rig {
+    set(&[AUTOMATIC, (etg::SLS, 1, 1, 0), (etg::SLS, 1, 2, 500), (etg::SLS, 1, 6, 0), (etg::SS1, 1, 1, 50)])
+}
+
+/// ETG-ERR-02, ETG-ERR-04, DEC-15: without a reaction the error stands and the monitoring goes on; an
+/// edge is refused in every cycle in which the limit is violated, and changes nothing else.
+#[test]
+fn an_error_without_reaction_cannot_be_acknowledged_while_its_limit_is_violated() {
+    let mut rig = without_reaction();
+    let word = without(&[control::SLS_1]);
+    let acknowledge = word | 1 << control::ERROR_ACK;
+    let mut at = |speed: i64, word: u32| {
+        (rig.world.speed, rig.world.word) = (speed, word);
+        let outputs = rig.step();
+        let bits = [shown::ERROR, shown::SLS_1].map(|of| bit(&outputs, of));
+        assert!(outputs.inhibit.permit);
+        (bits, codes(&outputs).len())
+    };
+    assert_eq!(at(500_000, word), ([false, true], 0));
+    assert_eq!(at(500_001, word), ([true, false], 1));
+    assert_eq!(at(500_001, acknowledge), ([true, false], 1));
+    assert_eq!(at(500_000, word), ([true, true], 1));
+    // Kept before and after, but not in the cycle of the edge.
+    assert_eq!(at(500_001, acknowledge), ([true, false], 1));
+    assert_eq!(at(500_001, word), ([true, false], 1));
+    // Violated before, kept in the cycle of the edge.
+    assert_eq!(at(500_000, acknowledge), ([false, true], 0));
+    assert_eq!(at(500_001, word), ([true, false], 1));
+    // Deselected it is not violated.
+    assert_eq!(at(500_001, NEUTRAL | 1 << control::ERROR_ACK), ([false, false], 0));
+}
+
+/// DEC-12: while such an error stands a finished stop is not left, and nothing asks for a restart.
+#[test]
+fn an_error_without_reaction_keeps_a_finished_stop() {
+    let mut rig = without_reaction();
+    rig.world.word = without(&[control::SLS_1]);
+    rig.world.speed = 500_001;
+    rig.step();
+    let both = without(&[control::SLS_1, control::SS1_1]);
+    assert!(rig.until(|_, w| w.word = both, |o| o.report.stop == Stop::Sto).is_some());
+    rig.world.word = without(&[control::SLS_1]);
+    for _ in 0..5 {
+        let kept = rig.step();
+        assert_eq!((kept.report.stop, bit(&kept, shown::RESTART_ACKNOWLEDGE_REQUEST)), (Stop::Sto, false));
+    }
+    // In STO no limit is evaluated (DEC-14): the edge is accepted, the stop is left.
+    rig.world.speed = 0;
+    rig.world.word |= 1 << control::ERROR_ACK;
+    assert_eq!(rig.step().report.stop, Stop::None);
 }

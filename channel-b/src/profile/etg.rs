@@ -63,8 +63,7 @@ const TIMED: [(u32, [u32; 5]); 4] = [
 /// Number of the error reaction object of the other monitoring functions.
 const REACTION: u32 = 3;
 
-/// Builds rows for every instance the set names, stops first.
-pub fn build(image: &Image<'_>) -> Plan {
+fn rows<'a>(image: &'a Image<'a>) -> Builder<'a> {
     let mut plan = Plan::new(image);
     plan.set_common(image);
     let sto = |object: u32| image.find(etg_key(etg::STO, 1, object));
@@ -85,9 +84,21 @@ pub fn build(image: &Image<'_>) -> Plan {
         ..Bits::NONE
     };
     plan.words = (octets(image, common::CONTROL_WORD), octets(image, common::STATUS_WORD));
-    let mut builder = Builder { image, plan, places: [(0, 0); crate::engine::stops::STOPS_MAX] };
+    let mut builder = Builder { image, plan, unfit: None, places: [(0, 0); crate::engine::stops::STOPS_MAX] };
+    builder.each(Builder::place_stop);
     builder.each(Builder::add_stop);
     builder.each(Builder::add_monitor);
+    builder
+}
+
+/// First instance for which there is no room besides the others, as a key without object.
+pub fn unfit(image: &Image<'_>) -> Option<u32> {
+    rows(image).unfit
+}
+
+/// Builds rows for every instance the set names, stops first.
+pub fn build(image: &Image<'_>) -> Plan {
+    let builder = rows(image);
     let logic = builder.logic();
     let mut plan = builder.plan;
     if logic.has_directions {
@@ -125,6 +136,8 @@ fn octets(image: &Image<'_>, base: u32) -> u8 {
 struct Builder<'a> {
     image: &'a Image<'a>,
     plan: Plan,
+    /// First instance there is no room for.
+    unfit: Option<u32>,
     /// Function and instance of each stop place.
     places: [(u32, u32); crate::engine::stops::STOPS_MAX],
 }
@@ -231,16 +244,24 @@ impl Builder<'_> {
         if window.upper == i64::MAX { self.fastest() } else { down.max(up) }
     }
 
+    /// Places come before rows: an SS2 may have another one as its reaction (ETG-SS2-10).
+    fn place_stop(&mut self, function: u32, instance: u32) {
+        let is_stop = matches!(function, etg::SS1 | etg::SS2);
+        let free = self.places.iter_mut().find(|place| **place == (0, 0));
+        if let Some(place) = free.filter(|_| is_stop) {
+            *place = (function, instance);
+        }
+    }
+
     fn add_stop(&mut self, function: u32, instance: u32) {
         let stop = match function {
             etg::SS1 => self.ss1(instance),
             etg::SS2 => self.ss2(instance),
             _ => return,
         };
-        let Some(place) = self.plan.stops.add(stop) else { return };
-        if let Some(slot) = self.places.get_mut(usize::from(place)) {
-            *slot = (function, instance);
-        }
+        let Some(place) = self.plan.stops.add(stop) else {
+            return self.refuse(function, instance);
+        };
         let restart = self.find(etg::SS2, instance, 5).unwrap_or(1) != 0;
         if (function == etg::SS2) & restart {
             self.plan.sos_needs_restart |= 1 << (place & 15);
@@ -355,8 +376,15 @@ impl Builder<'_> {
         let function = spec.id >> 16;
         let by_parameter = matches!(function, etg::SMS | etg::SMA | etg::SSM | etg::SCA);
         if by_parameter | (spec.control != NO_BIT) {
-            self.plan.bank.add(spec);
+            let has_room = self.plan.bank.add(spec);
+            if !has_room {
+                self.refuse(function, spec.id >> 8 & 0xFF);
+            }
         }
+    }
+
+    fn refuse(&mut self, function: u32, instance: u32) {
+        self.unfit = self.unfit.or(Some(etg_key(function, instance, 0)));
     }
 
     fn logic(&self) -> Logic {
@@ -399,14 +427,18 @@ const fn quantity(function: u32) -> Option<(Quantity, i64, bool)> {
 
 /// ETG-ERR-03 leaves codes to the maker: function, instance and the catalogue's E-number.
 pub const fn code(spec: &Spec, breach: Breach) -> ErrorCode {
-    let is_stop = matches!(spec.id >> 16, etg::SS1);
+    let is_ss2 = spec.id >> 16 == etg::SS2;
     let number = match breach {
         Breach::Line | Breach::TooFast => 2,
         Breach::Damage => return ErrorCode::single(0xFF30),
         _ => 1,
     };
-    let number = if (spec.id >> 16 == etg::SS2) & !is_stop { 3 - number } else { number };
-    ErrorCode::single(spec.id | number)
+    ErrorCode::single(match (is_ss2, number) {
+        (true, 2) => spec.id | 1,
+        // ETG-SS2-10: behind the transition it is the SOS of the same number that is violated.
+        (true, _) => etg::SOS << 16 | (spec.id & 0xFF00) | 1,
+        (false, number) => spec.id | number,
+    })
 }
 
 /// Faults of the channel itself: 0xFF00 plus Info2 of the AMK row between the channels,
@@ -505,19 +537,13 @@ impl Logic {
     }
 
     fn closes_early(&self, stops: &Stops, now: u64) -> bool {
-        let place = stops.place().unwrap_or(u8::MAX);
-        let activates = (place < 16) && self.closes >> (place & 15) & 1 == 1;
-        if !activates {
-            return false;
-        }
-        let (Some((stop, _)), Some((elapsed, dwelt))) = (stops.running(), stops.progress(now)) else {
-            return false;
-        };
-        let approach = &stop.spec.approach;
-        let latest = approach.timeout_ns.saturating_sub(self.brake_ns);
-        let by_time = (approach.timeout_ns > 0) & (elapsed >= latest);
-        let needed = approach.dwell_ns.saturating_sub(self.brake_ns);
-        let by_standstill = (approach.dwell_ns >= 0) & (dwelt >= 0) & (dwelt >= needed);
-        by_time | by_standstill
+        stops.progress(self.closes, now).any(|(stop, elapsed, dwelt)| {
+            let approach = &stop.spec.approach;
+            let latest = approach.timeout_ns.saturating_sub(self.brake_ns);
+            let by_time = (approach.timeout_ns > 0) & (elapsed >= latest);
+            let needed = approach.dwell_ns.saturating_sub(self.brake_ns);
+            let by_standstill = (approach.dwell_ns >= 0) & (dwelt >= 0) & (dwelt >= needed);
+            by_time | by_standstill
+        })
     }
 }

@@ -18,6 +18,10 @@ const MAGNITUDES: [u32; 3] = [etg::SMS, etg::SLI, etg::SMA];
 
 /// Every finding of the set.
 pub fn findings(image: &Image<'_>, report: &mut dyn FnMut(ErrorCode)) {
+    // ETG-GEN-05 permits more instances than there is room for: never left out silently.
+    if let Some(key) = super::etg::unfit(image) {
+        report(ErrorCode::single(key));
+    }
     let rows = facts::etg_6100_2::PARAMETERS.iter().chain(&facts::common::PARAMETERS);
     for (key, value) in image.entries() {
         let is_word = (common::CONTROL_WORD..common::CC_FACTOR).contains(&key);

@@ -558,7 +558,7 @@ impl Logic {
         // LNZ-SS1-11, LNZ-SOS-06: the end state is shown additionally.
         let ended = stops.origin() >> (self.ss1 & 15) & 1 == 1;
         set(status::SS1_ACTIVE, stops.in_sto() & ended);
-        set(status::SS2_ACTIVE, stops.running().is_some_and(|(stop, _)| stop.end == End::Sos));
+        set(status::SS2_ACTIVE, stops.is_in_ss2());
         let runs = !stops.in_sto();
         for number in 0..4_u8 {
             let is_active = bank.is_active(status::SLS1_MONITORED.saturating_add(number));

@@ -31,7 +31,7 @@ use crate::engine::spec::{NO_BIT, Reaction, Spec};
 use crate::engine::stops::{End, Stops};
 use crate::image::{Flaw, Image};
 use crate::inputs::{Inputs, LineSetup};
-use crate::ledger::{Cause, Entry, Ledger};
+use crate::ledger::{Cause, Entry, Ledger, STOP};
 
 /// Step of the fault tolerance time, ns (DEC-20).
 const TOLERANCE_STEP_NS: u64 = 15_000_000;
@@ -232,6 +232,32 @@ impl Plan {
         let slot = image.value(common::ENCODER_B, 1);
         self.encoder.slot = Some(u8::from(slot == 2));
         self.encoder.periods = image.value(common::PERIODS_PER_REVOLUTION, 1024).max(1).unsigned_abs();
+    }
+
+    /// Whether a violation is over (DEC-15); its function may start again then (DEC-17).
+    pub fn settles(&mut self, entry: &Entry, word: &Word, motion: &Motion, now: u64) -> bool {
+        let stop = entry.owner & !STOP;
+        let is_stop = entry.owner & STOP != 0;
+        let stands = match entry.reaction {
+            Reaction::Sto => self.stops.braking() != 0,
+            // The end state of this one counts, whatever brakes beside it (ETG-GEN-12).
+            Reaction::Stop(place) => self.stops.is_pending(place),
+            // No end state ends it: the limit itself must be kept (ETG-ERR-04).
+            Reaction::None if is_stop => self.stops.is_violated(stop, now, motion),
+            Reaction::None => {
+                let requested = plain_requests(&self.bits, word);
+                self.bank.is_violated(entry.owner, &requested, now, motion)
+            }
+        };
+        if stands {
+            return false;
+        }
+        if is_stop {
+            self.stops.release(stop);
+        } else {
+            self.bank.release(entry.owner);
+        }
+        true
     }
 
     /// The input lines the profile evaluates.
