@@ -30,8 +30,10 @@ pub fn run(chip: &Chip, verdict: &mut Verdict) -> Result<(), String> {
     );
     let torque = set.seen(|seen| seen.torque) == Some(true);
     verdict.check(!torque, "torque off, and it stays off by itself");
-    set.acknowledge(AIE)?;
-    set.acknowledge(AIS)?;
+    for terminal in [AIE, AIE, AIS] {
+        set.acknowledge(terminal)?;
+        thread::sleep(LONG);
+    }
     let again = set.until(Duration::from_secs(1), |seen| seen.torque);
     Verdict::note(format!("after acknowledges: torque {again}; {}", set.state()));
     Ok(())

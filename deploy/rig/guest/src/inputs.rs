@@ -16,6 +16,9 @@ const TOLERATED_US: [u64; 4] = [190, 250, 500, 1_500];
 /// Long enough, µs.
 const SEEN_US: [u64; 2] = [3_000, 20_000];
 
+/// Half a bounce, ns.
+const BOUNCE_NS: u64 = 400_000;
+
 /// Pulses of known length on both lines of SD-In1.
 pub fn run(chip: &Chip, verdict: &mut Verdict) -> Result<(), String> {
     let set = Set::start(chip)?;
@@ -37,47 +40,60 @@ pub fn run(chip: &Chip, verdict: &mut Verdict) -> Result<(), String> {
     Ok(())
 }
 
-fn both(chip: &Chip, high: bool) -> Result<(), String> {
-    PAIR_1.iter().try_for_each(|line| chip.pull(*line, high))
-}
-
 /// A low pulse; the low samples in the cell against the time it took.
 fn pulse(set: &Set, chip: &Chip, verdict: &mut Verdict, length_us: u64) -> Result<(), String> {
     let before = set.seen(|seen| seen.samples.len()).unwrap_or(0);
-    let (early_ns, late_ns) = crate::promptly(|| -> Result<_, String> {
-        let start_ns = now_ns();
-        both(chip, false)?;
-        sleep_until(start_ns + length_us * 1_000);
-        // Line .1 goes up within this call, first of the two.
-        let early_ns = now_ns() - start_ns;
-        both(chip, true)?;
-        Ok((early_ns, now_ns() - start_ns))
+    let [fall_from, fall_to, rise_from, rise_to] = crate::promptly(|| -> Result<_, String> {
+        let (fall_from, fall_to) = edges(chip, false)?;
+        sleep_until(fall_from + length_us * 1_000);
+        let (rise_from, rise_to) = edges(chip, true)?;
+        Ok([fall_from, fall_to, rise_from, rise_to])
     })?;
     thread::sleep(PAUSE);
     let low = set.seen(|seen| seen.samples.iter().skip(before).filter(|high| !**high).count() as u64);
     let low = low.unwrap_or(0);
-    // Line .1 falls at most `late - early` after the start, and rises at most that late.
-    let least = (2 * early_ns).saturating_sub(late_ns) / SAMPLE_NS;
-    let most = late_ns / SAMPLE_NS + 1;
+    let (shortest_ns, longest_ns) = (rise_from - fall_to, rise_to - fall_from);
+    let (least, most) = (shortest_ns / SAMPLE_NS, longest_ns / SAMPLE_NS + 1);
     verdict.check(
         (least..=most).contains(&low),
-        format!("{length_us} µs low at the terminal: {low} low samples, expected {least} to {most}"),
+        format!(
+            "{length_us} µs: low at the terminal for {} to {} µs, {low} low samples, expected {least} to {most}",
+            shortest_ns / 1_000,
+            longest_ns / 1_000
+        ),
     );
     Ok(())
 }
 
-/// A contact that bounces: each low part is short, all of them end.
+/// Both lines get a level; between which times line .1 did, ns.
+fn edges(chip: &Chip, high: bool) -> Result<(u64, u64), String> {
+    let [line_1, line_2] = PAIR_1;
+    let from_ns = now_ns();
+    chip.pull(line_1, high)?;
+    let to_ns = now_ns();
+    chip.pull(line_2, high)?;
+    Ok((from_ns, to_ns))
+}
+
+/// A contact that bounces: each low part is short, all of them end. No edge may get lost.
 fn bounce(set: &Set, chip: &Chip, verdict: &mut Verdict) -> Result<(), String> {
+    let before = set.seen(|seen| seen.samples.len()).unwrap_or(0);
     crate::promptly(|| {
         let mut due_ns = now_ns();
         [false, true].into_iter().cycle().take(12).try_for_each(|high| {
-            due_ns += 400_000;
+            due_ns += BOUNCE_NS;
             sleep_until(due_ns);
-            both(chip, high)
+            edges(chip, high).map(|_| ())
         })
     })?;
     thread::sleep(PAUSE);
-    let torque = set.seen(|seen| seen.torque) == Some(true);
-    verdict.check(torque, format!("six bounces of 400 µs: torque stays; {}", set.state()));
+    let (torque, low) = set
+        .seen(|seen| (seen.torque, seen.samples.iter().skip(before).filter(|high| !**high).count() as u64))
+        .unwrap_or_default();
+    let expected = 6 * BOUNCE_NS / SAMPLE_NS;
+    verdict.check(
+        torque & low.abs_diff(expected).le(&6),
+        format!("six bounces of 400 µs: torque {torque}, {low} low samples, expected {expected} ± 6"),
+    );
     Ok(())
 }
