@@ -135,7 +135,6 @@ impl Bench {
             drive_position: (self.turned * self.drive_ratio) as i64,
             frequency_mhz: (self.rpm * 1_000.0 / 60.0) as i32,
             period_ns: MILLISECOND as u32,
-            ..Encoder::default()
         };
         let exact = Motion {
             position: self.position,

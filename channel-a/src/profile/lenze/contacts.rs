@@ -73,10 +73,10 @@ impl Contact {
         let (own, other) = (self.own.level(), self.other.level());
         let late = |since: u64| now_ns.saturating_sub(since) > self.limit_ns;
         self.state = match self.state {
-            State::Off | State::Rising(_) if own & other => State::On,
+            State::Off | State::Rising(_) | State::Faulty(false) if own & other => State::On,
             State::Off if own | other => State::Rising(now_ns),
             State::Rising(since) if late(since) => State::Faulty(false),
-            State::On if !(own | other) => State::Off,
+            State::On | State::Faulty(true) if !(own | other) => State::Off,
             State::On if !(own & other) => State::Falling(now_ns, !own, !other),
             State::Falling(since, own_fell, other_fell) => {
                 let (own_fell, other_fell) = (own_fell | !own, other_fell | !other);
@@ -86,8 +86,6 @@ impl Contact {
                     false => State::Falling(since, own_fell, other_fell),
                 }
             }
-            State::Faulty(true) if !(own | other) => State::Off,
-            State::Faulty(false) if own & other => State::On,
             state => state,
         };
         let faulty = matches!(self.state, State::Faulty(_));
