@@ -10,6 +10,8 @@ use crate::machine::{CYCLE_NS, LOOK_NS, Seen};
 use crate::set::{PRIORITY, Set};
 use crate::verdict::Verdict;
 
+/// Three periods, and what the probe adds.
+const BOUND_NS: u64 = 3 * CYCLE_NS + LOOK_NS;
 const LONG: Duration = Duration::from_millis(300);
 
 /// A short hold is an overrun that is counted; a long one is torque off, and stays so.
@@ -23,10 +25,17 @@ pub fn run(chip: &Chip, verdict: &mut Verdict) -> Result<(), String> {
 
     let held_ns = hold(6 * CYCLE_NS);
     thread::sleep(LONG);
-    let after = set.seen(|seen| behind(seen, held_ns + 3 * CYCLE_NS + LOOK_NS)).unwrap_or([9; 2]);
+    let found = set.seen(|seen| (behind(seen, held_ns + BOUND_NS), seen.risen_ns));
+    let (late, risen_ns) = found.unwrap_or(([9; 2], [u64::MAX; 2]));
+    let last_us = risen_ns.map(|at_ns| at_ns.saturating_sub(held_ns) / 1_000);
+    let still = late.iter().all(|edges| *edges <= 1);
     verdict.check(
-        after.iter().all(|edges| *edges <= 1),
-        format!("held for 6 ms: no pulses three cycles later, edges {after:?}; {}", set.state()),
+        still & last_us.iter().all(|after| *after <= BOUND_NS / 1_000),
+        format!(
+            "held for 6 ms: last pulses after {last_us:?} µs (bound {}), edges behind it {late:?}; {}",
+            BOUND_NS / 1_000,
+            set.state()
+        ),
     );
     let torque = set.seen(|seen| seen.torque) == Some(true);
     verdict.check(!torque, "torque off, and it stays off by itself");

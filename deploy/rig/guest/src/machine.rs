@@ -47,7 +47,9 @@ pub struct Seen {
     pub reports: [Option<Report>; 2],
     /// Newest agreement.
     pub agreement: Option<Agreement>,
-    /// Both paths permit torque, as the evaluator sees it.
+    /// Each path permits torque, as the evaluator sees it.
+    pub on: [bool; 2],
+    /// Both do.
     pub torque: bool,
     /// Samples of line .1 of the first pair, oldest first.
     pub samples: Vec<bool>,
@@ -201,7 +203,8 @@ impl Inside {
                 }
             }
         }
-        seen.torque = self.paths.iter().all(|path| path.on);
+        seen.on = self.paths.each_ref().map(|path| path.on);
+        seen.torque = seen.on == [true; 2];
     }
 
     /// Once a cycle, behind both channels: what they say, against what their lines did.

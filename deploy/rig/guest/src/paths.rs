@@ -117,29 +117,58 @@ fn ends(chip: &Chip, verdict: &mut Verdict, role: Role, signal: Signal) -> Resul
     set.energise()?;
     let sent_ns = set.send(role, signal);
     thread::sleep(LONG / 3);
-    let bound_ns = sent_ns + BOUND_NS;
-    let (risen, late) =
-        set.seen(|seen| (seen.risen_ns, behind(seen, bound_ns))).unwrap_or(([u64::MAX; 2], [9; 2]));
-    let after = risen.map(|at_ns| at_ns.saturating_sub(sent_ns) / 1_000);
+    let end = set.seen(|seen| End::of(seen, sent_ns)).unwrap_or_default();
     let levels = [PATH_A, PATH_B].map(|line| chip.probe(line).is_ok_and(|probe| probe.high()));
-    // A line that stood high falls once, when the kernel takes it from its dead holder.
-    let held = risen.iter().all(|at_ns| *at_ns <= bound_ns) & late.iter().all(|edges| *edges <= 1);
     verdict.check(
-        held,
+        end.holds(),
         format!(
-            "{signal} to {role:?}: last pulses after {} and {} µs (bound {}), levels {levels:?}",
-            after[0],
-            after[1],
-            BOUND_NS / 1_000
+            "{signal} to {role:?}: last pulses after {:?} µs (bound {}), edges behind it {:?}, evaluator on {:?}, levels {levels:?}",
+            end.pulses_us,
+            BOUND_NS / 1_000,
+            end.late,
+            end.on,
         ),
     );
     if signal == Signal::SIGSTOP {
         set.send(role, Signal::SIGCONT);
         thread::sleep(LONG / 3);
-        let woken =
-            set.seen(|seen| (seen.risen_ns, behind(seen, bound_ns))).unwrap_or(([u64::MAX; 2], [9; 2]));
-        let still = woken.0.iter().all(|at_ns| *at_ns <= bound_ns) & woken.1.iter().all(|edges| *edges <= 1);
-        verdict.check(still, format!("{role:?} goes on: no pulses, edges since {:?}", woken.1));
+        let end = set.seen(|seen| End::of(seen, sent_ns)).unwrap_or_default();
+        verdict.check(
+            end.holds(),
+            format!("{role:?} goes on: edges behind the bound {:?}, evaluator on {:?}", end.late, end.on),
+        );
     }
     Ok(())
+}
+
+/// How both paths ended.
+struct End {
+    /// From the signal to the newest rising edge of each path, µs.
+    pulses_us: [u64; 2],
+    /// Edges behind the bound.
+    late: [usize; 2],
+    /// What the evaluator makes of it.
+    on: [bool; 2],
+}
+
+impl Default for End {
+    /// Nothing seen is nothing ended.
+    fn default() -> Self {
+        Self { pulses_us: [u64::MAX; 2], late: [usize::MAX; 2], on: [true; 2] }
+    }
+}
+
+impl End {
+    fn of(seen: &mut Seen, sent_ns: u64) -> Self {
+        let pulses_us = seen.risen_ns.map(|at_ns| at_ns.saturating_sub(sent_ns) / 1_000);
+        Self { pulses_us, late: behind(seen, sent_ns + BOUND_NS), on: seen.on }
+    }
+
+    /// A line that stood high falls once more, when the kernel takes it from its dead holder or
+    /// the holder goes on.
+    fn holds(&self) -> bool {
+        let ended = self.pulses_us.iter().all(|after| *after <= BOUND_NS / 1_000);
+        let still = self.late.iter().all(|edges| *edges <= 1);
+        ended & still & (self.on == [false; 2])
+    }
 }
