@@ -187,7 +187,9 @@ impl Monitor {
             levels: cells.levels,
             others: cells.others,
             are_lines_read: cells.are_lines_read,
+            is_starting: !matches!(self.startup.phase(), Phase::Operational | Phase::Refused),
             drive_n0: cells.drive_n0,
+            drive_enabled: cells.drive_enabled,
             is_first: self.is_first,
             is_settled,
             in_sto: self.plan.stops.in_sto() & !is_settled,
@@ -205,9 +207,9 @@ impl Monitor {
         let starts = self.start_up(&cells, &requested, edges.any() | edges.restart, now_ns);
         // ETG-RST-03: the edge counts while the request is shown.
         let restart = self.plan.logic.restarts(edges.restart, self.restart_pending, now_ns);
-        self.functions(&requested, &cells, restart | starts, now_ns);
+        let in_sto = self.functions(&requested, &cells, restart | starts, now_ns);
         let requested = self.plan.logic.settle(requested);
-        self.plan.logic.watch(&asked, &requested, &self.plan.stops, &mut self.ledger);
+        self.plan.logic.watch(&asked, &requested, in_sto, &mut self.ledger);
         self.react(&requested, &cells, now_ns);
         let report = self.compare(inputs, &cells, &requested, now_ns);
         self.restart_pending = self.awaits_restart(&requested, &cells);
@@ -305,8 +307,8 @@ impl Monitor {
         }
     }
 
-    /// Stops first: what is in STO is not monitored (DEC-14).
-    fn functions(&mut self, requested: &Word, cells: &senses::Cells, restart: bool, now: u64) {
+    /// Stops first: what is in STO is not monitored (DEC-14). Whether that was so.
+    fn functions(&mut self, requested: &Word, cells: &senses::Cells, restart: bool, now: u64) -> bool {
         self.visit(3);
         let demand = self.demand(requested, cells, restart | self.is_first);
         if self.plan.logic.completes_stops() {
@@ -315,7 +317,7 @@ impl Monitor {
         }
         self.plan.stops.leave(&demand, now);
         let is_violated = self.advance_stops(&demand, &cells.motion, now);
-        // What a violation ends in this cycle is judged in it, as after any other violation.
+        // The violations of one cycle are found side by side; STO is their reaction.
         let in_sto = self.plan.stops.in_sto() & !is_violated;
         let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
         self.plan.bank.step(requested, in_sto, now, &cells.motion, &mut |owner, spec, breach, phase| {
@@ -323,9 +325,10 @@ impl Monitor {
             let reaction = if breach == Breach::Damage { Reaction::Sto } else { spec.reaction };
             ledger.raise(Entry { reaction, owner, ..Entry::sto(code, Cause::Reaction) });
         });
+        in_sto
     }
 
-    /// Whether a stop was violated.
+    /// Whether an SS2 was violated.
     fn advance_stops(&mut self, demand: &Demand, motion: &Motion, now: u64) -> bool {
         let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
         self.plan.stops.advance(demand, now, motion, &mut |place, spec, breach, phase| {

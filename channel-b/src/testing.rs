@@ -97,6 +97,8 @@ pub struct World {
     pub word: u32,
     pub pairs: u32,
     pub clear: bool,
+    /// The drive's power stage is enabled.
+    pub enabled: bool,
     pub permit: bool,
 }
 
@@ -125,6 +127,7 @@ impl Rig {
             word: profile.neutral_word(),
             pairs: 0xF,
             clear: false,
+            enabled: true,
             permit: true,
         };
         Self { cycle: 0, world, monitors: [monitor; 2], last: [None; 2] }
@@ -153,6 +156,7 @@ impl Rig {
             Io { samples: sequence * 16, line_1: lines, line_2: lines, output_readback, ..Io::default() };
         let command = Command {
             source: CommandSource::Plain,
+            drive_enabled: self.world.enabled,
             clear_error: self.world.clear,
             word: Word::from_u32(self.world.word),
             ..Command::default()

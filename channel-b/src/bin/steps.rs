@@ -166,7 +166,8 @@ fn cell<T>(payload: T) -> Received<T> {
 
 fn first_inputs(plan: &Plan) -> Inputs {
     let lines = [u64::MAX; 4];
-    let command = Command { source: CommandSource::Plain, word: plan.word, ..Command::default() };
+    let command =
+        Command { source: CommandSource::Plain, drive_enabled: true, word: plan.word, ..Command::default() };
     let slot = Slot { kind: SlotKind::SineCosine, cosine: 16_384, ..Slot::default() };
     let encoder = Encoder { slots: [slot; 2], ..Encoder::default() };
     Inputs {

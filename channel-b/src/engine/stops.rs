@@ -28,7 +28,7 @@ pub struct Stop {
     pub end: End,
     /// Status bit of the standing SOS, or [`super::spec::NO_BIT`].
     pub standing_status: u8,
-    /// Interrupted by STO it stands at once when STO is left (LNZ-SOS-04).
+    /// Requested when STO is left it stands at once (LNZ-SOS-04, LNZ-PRIO-04).
     pub resumes: bool,
 }
 
@@ -76,8 +76,9 @@ pub struct Stops {
     /// has stood since: while it stands, STO stands (DEC-11, DEC-12). A request that comes
     /// later is remembered and begins when STO is left (DEC-13).
     held: Twin,
-    /// Bit n: stop n was interrupted by STO and its request has not gone since.
-    interrupted: u16,
+    /// STO was left in this cycle; not by the first one, which only begins as if it had been.
+    has_left_sto: bool,
+    is_first: bool,
     /// Bit n: stop n has left its line, and another stop took over (ETG-SS2-10). It does not begin
     /// again before its request has gone or its error was acknowledged (DEC-17).
     spent: u16,
@@ -99,7 +100,8 @@ impl Stops {
             entered: Twin::time(0),
             origin: Twin::new(0),
             held: Twin::new(0),
-            interrupted: 0,
+            has_left_sto: false,
+            is_first: true,
             spent: 0,
             sto_least_ns: 0,
         }
@@ -237,9 +239,12 @@ impl Stops {
 
     /// Leaves what may be left. First call of a cycle.
     pub fn leave(&mut self, demand: &Demand, now: u64) {
+        self.has_left_sto = false;
         if self.in_sto() {
             self.leave_sto(demand, now);
+            self.has_left_sto = !(self.in_sto() | self.is_first);
         }
+        self.is_first = false;
         let leaves = demand.may_leave_sos & !demand.stops() & self.on();
         if leaves != 0 {
             self.set_running(self.on() & !(leaves & self.standing()));
@@ -269,10 +274,10 @@ impl Stops {
         }
     }
 
-    /// Starts what is asked for and judges what runs; whether a stop was violated in this cycle.
+    /// Starts what is asked for and judges what runs; whether an SS2 was violated in this cycle.
+    /// The STO of an SS1 is its own end, that of an SS2 a reaction like any other's.
     pub fn advance(&mut self, demand: &Demand, now: u64, motion: &Motion, found: &mut Found<'_>) -> bool {
         let asked = demand.stops();
-        self.interrupted &= asked;
         self.spent &= asked;
         let is_running = self.running.get() != Some(0);
         let is_idle = !(demand.sto | self.in_sto() | (asked != 0) | is_running);
@@ -303,7 +308,7 @@ impl Stops {
             self.enter_sto(0, now);
         }
         if self.in_sto() {
-            self.abort(0, demand);
+            self.abort(demand);
             return 0;
         }
         let asked = demand.stops() & self.known & !running & !self.spent;
@@ -320,20 +325,18 @@ impl Stops {
 
     fn start(&mut self, place: u8, record: Record) {
         let resumes = self.of(bit(place)).any(|(_, stop)| stop.resumes);
-        let was_interrupted = self.interrupted & bit(place) != 0;
         if let Some(entry) = self.records.get_mut(usize::from(place)) {
-            *entry = if resumes & was_interrupted { record.landed() } else { record };
+            *entry = if resumes & self.has_left_sto { record.landed() } else { record };
         }
     }
 
     /// STO ends what runs. An SS1 has its end state then: while the request that it had stands,
-    /// STO stands (DEC-11, DEC-13, ATV-SS1-12). `left`: stops that were violated.
-    fn abort(&mut self, left: u16, demand: &Demand) {
+    /// STO stands (DEC-11, DEC-13, ATV-SS1-12).
+    fn abort(&mut self, demand: &Demand) {
         let running = self.on();
         if running == 0 {
             return;
         }
-        self.interrupted |= running & !left & demand.stops();
         let held = i64::from(running & self.ss1 & demand.requests);
         self.held = Twin::new(self.held.get().unwrap_or(-1) | held);
         self.set_running(0);
@@ -347,7 +350,7 @@ impl Stops {
         self.sto = Twin::flag(true);
     }
 
-    /// Judges the running stops in `mask`, each by its own record; whether one was violated.
+    /// Judges the running stops in `mask`, each by its own record; whether an SS2 was violated.
     fn judge(
         &mut self,
         mask: u16,
@@ -374,7 +377,7 @@ impl Stops {
             }
         }
         self.end(&ends, demand, now);
-        ends.is_violated
+        ends.is_violated & (mask & self.ss1 == 0)
     }
 
     fn end(&mut self, ends: &Ends, demand: &Demand, now: u64) {
@@ -383,7 +386,7 @@ impl Stops {
             self.set_running(self.on() & !ends.spent);
         }
         if ends.ended | ends.left != 0 {
-            self.abort(ends.left, demand);
+            self.abort(demand);
             self.enter_sto(if ends.left == 0 { ends.ended } else { 0 }, now);
         }
     }

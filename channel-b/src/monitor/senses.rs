@@ -73,6 +73,8 @@ pub struct Cells {
     pub events: Events,
     /// Non-safe.
     pub drive_n0: bool,
+    /// Non-safe.
+    pub drive_enabled: bool,
     /// Image and encoder are sound.
     pub is_plausible: bool,
     /// The encoder sample is too old.
@@ -171,6 +173,7 @@ impl Monitor {
             is_connected: false,
             events: Events::default(),
             drive_n0: false,
+            drive_enabled: false,
             is_plausible: false,
             is_stale: false,
             encoder_fault: None,
@@ -350,6 +353,7 @@ impl Monitor {
             return;
         }
         cells.drive_n0 = command.drive_n0;
+        cells.drive_enabled = command.drive_enabled;
         if !self.bus.is_used() {
             cells.word = command.word;
             cells.is_connected = true;

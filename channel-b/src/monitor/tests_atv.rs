@@ -1,5 +1,6 @@
 //! The ATV profile through whole steps, to the cycle.
 
+use shm_schema::encoder::SlotKind;
 use shm_schema::exchange::Outputs;
 use shm_schema::facts::atv340::{control, status as shown};
 use shm_schema::profile::{Profile, common};
@@ -7,7 +8,7 @@ use shm_schema::report::{Phase, Stop};
 use std::vec;
 use std::vec::Vec;
 
-use crate::testing::{Rig, World, codes, status};
+use crate::testing::{Rig, World, codes, sine, status};
 
 const PERMIT: u32 = 1;
 /// 1/1000 rpm of one hertz at 2 pole pairs.
@@ -284,5 +285,62 @@ fn incompatible_settings_are_refused() {
     for rows in [external, above, vec![(56, 2), (59, 10)], vec![(1, 2), (5, 1)]] {
         let outputs = set(&rows).step();
         assert_eq!((outputs.report.phase, numbers(&outputs)), (Phase::Refused, vec![0x032]));
+    }
+}
+
+/// ATV-SLS-09: with an encoder SLS must not begin while the drive has switched its motor off.
+#[test]
+fn sls_activated_in_a_freewheel_is_an_error() {
+    let begin = |enabled: bool, speed: i64, encoder: i32| {
+        let mut rows = SLS.to_vec();
+        rows.extend([(39, 4), (5, encoder)]);
+        let mut rig = set(&rows);
+        (rig.world.enabled, rig.world.speed) = (enabled, speed);
+        rig.step();
+        rig.world.word = with(control::SLS);
+        numbers(&rig.step())
+    };
+    assert_eq!(begin(false, 20 * HZ, 5), [0x071]);
+    assert_eq!(begin(true, 20 * HZ, 5), []);
+    assert_eq!(begin(false, 5 * HZ, 5), []);
+    assert_eq!(begin(false, 20 * HZ, 1), []);
+}
+
+/// ATV-SS1-13: without an encoder a switched off power stage ends SS1.
+#[test]
+fn ss1_without_an_encoder_ends_with_the_power_stage() {
+    for (encoder, stop) in [(1, Stop::Sto), (5, Stop::Ss1)] {
+        let mut rig = set(&[(5, encoder)]);
+        rig.world.speed = 20 * HZ;
+        rig.world.word = with(control::SS1);
+        assert_eq!(rig.step().report.stop, Stop::Ss1);
+        rig.world.enabled = false;
+        assert_eq!(rig.step().report.stop, stop);
+    }
+}
+
+/// ATV-ENC-09: against the drive's own direction it is the phase rotation without an encoder, and
+/// the inversion of the encoder with one.
+#[test]
+fn a_drive_that_turns_the_other_way_is_named_by_its_encoder() {
+    for (encoder, number) in [(1, 0x0DA), (5, 0x0DB)] {
+        let mut rig = set(&[(5, encoder), (common::SPEED_DIFFERENCE, 60_000)]);
+        let found = (0..2_000_i64).find_map(|cycle| {
+            let mut cell = sine(-50.0 * cycle as f64, 16_384.0);
+            cell.drive_position = 50 * cycle;
+            if encoder == 1 {
+                cell.slots[0].kind = SlotKind::Encoderless;
+                cell.frequency_mhz = -1_526;
+            }
+            let outputs = rig.step_with(|inputs| {
+                inputs.motion = None;
+                if let Ok(sampled) = &mut inputs.encoder {
+                    sampled.payload = cell;
+                }
+            });
+            let found = numbers(&outputs);
+            (!found.is_empty()).then_some(found)
+        });
+        assert_eq!(found, Some(vec![number]), "{encoder}");
     }
 }

@@ -1,14 +1,14 @@
 //! The Lenze profile beside the plant: cascade, encoders, the drive's own speed.
 
 use shm_schema::encoder::{Encoder, Slot, SlotKind};
-use shm_schema::exchange::{Inputs, Outputs};
-use shm_schema::facts::lenze_sm301::control;
+use shm_schema::exchange::{Inputs, Outputs, Start};
+use shm_schema::facts::lenze_sm301::{control, status as shown};
 use shm_schema::profile::{Profile, common, lenze_key};
 use shm_schema::report::{Phase, Stop};
 use std::vec;
 use std::vec::Vec;
 
-use crate::testing::{Rig, codes, sine};
+use crate::testing::{Rig, World, codes, sine};
 
 const NEUTRAL: u32 = 0x0180_01FF;
 
@@ -254,4 +254,68 @@ fn a_position_encoder_is_seen_at_the_motor() {
         assert_eq!(found, [], "{motor} {encoder}");
         assert!((speed - sign * 22_888).abs() < 50, "{speed}");
     }
+}
+
+/// LNZ-PRIO-04, LNZ-SOS-04: an SS2 requested while a higher stop ran passes from STO to SOS directly,
+/// and so does one whose own error was acknowledged.
+#[test]
+fn an_ss2_requested_when_sto_is_left_stands_at_once() {
+    let rows = [(15_305, 0, 20), (15_310, 0, 10), (15_300, 1, 1), (15_311, 0, 5)];
+    let mut rig = set(&rows);
+    rig.world.word = without(control::SS1);
+    assert!(rig.until(|_, _| (), |o| o.report.stop == Stop::Sto).is_some());
+    rig.world.word = without(control::SS2);
+    rig.step();
+    assert_eq!(rig.step().report.stop, Stop::Sos);
+    rig.world.position = 6;
+    assert_eq!(numbers(&rig.step()), [106]);
+    rig.world.word |= 1 << control::PS_AIE;
+    let left = rig.step();
+    assert_eq!((left.report.stop, numbers(&left)), (Stop::Sos, vec![]));
+}
+
+/// LNZ-SDI-08: the permanent direction belongs to normal operation.
+#[test]
+fn the_permanent_direction_is_not_watched_in_special_operation() {
+    let mut rig = set(&[(15_340, 0, 1), (15_342, 0, 100), (15_200, 0, 2), (15_305, 0, 1_000)]);
+    assert!(rig.step().report.status.bit(shown::SDIPOS_MONITORED));
+    rig.world.word = NEUTRAL | 1 << control::OMS;
+    assert!(!rig.step().report.status.bit(shown::SDIPOS_ACTIVE));
+    rig.world.position = -101;
+    assert!(numbers(&rig.step()).is_empty());
+}
+
+/// LNZ-EX-27, LNZ-SMS-06: it counts what is when C15350 is over, and from then on.
+#[test]
+fn a_limit_kept_in_between_does_not_end_the_response_time() {
+    let rows = [(15_320, 0, 1000), (15_321, 0, 1), (15_350, 0, 80), (15_305, 0, 400), (15_310, 0, 10)];
+    for late in [80, 200] {
+        let mut rig = set(&rows);
+        rig.step();
+        let begin = rig.cycle;
+        let drive = move |cycle: u64, world: &mut World| {
+            let e = cycle - begin;
+            world.speed = if (e == 0) | (e >= late) { 1_000_001 } else { 0 };
+        };
+        let end = rig.until(drive, |o| o.report.stop == Stop::Sto);
+        assert_eq!(end.map(|end| end - begin), Some(late));
+        assert_eq!(numbers(&rig.step()), [102, 105]);
+    }
+}
+
+/// LNZ-IN-03, codes 57 to 60: a signal at a deactivated input keeps the axis from starting.
+#[test]
+fn a_signal_at_a_deactivated_input_is_an_error_of_the_initialisation() {
+    let rows: Vec<_> = [1, 3].map(|at| (lenze_key(15_030, at), 2)).to_vec();
+    let run = |pairs: u32, start: Start| {
+        let mut rig = Rig::start(Profile::LenzeSm301, &rows, start);
+        rig.world.pairs = pairs;
+        let seen = (0..20).flat_map(|_| numbers(&rig.step())).filter(|number| (57..=60).contains(number));
+        let mut all: Vec<_> = seen.collect();
+        all.dedup();
+        all
+    };
+    assert_eq!(run(0b0111, Start::Cold), [58]);
+    assert_eq!(run(0b0101, Start::Cold), []);
+    assert_eq!(run(0b1111, Start::Settled), []);
 }

@@ -34,6 +34,7 @@ mod sme {
     pub const DEVIATION: u32 = 0x02C;
     pub const CONFIGURATION: u32 = 0x032;
     pub const SS1_REPEATED: u32 = 0x068;
+    pub const FREEWHEEL: u32 = 0x071;
     pub const SINE: u32 = 0x070;
     pub const ENCODER: u32 = 0x094;
     pub const SLS_RAMP: u32 = 0x0A9;
@@ -42,6 +43,7 @@ mod sme {
     pub const SMS_NEGATIVE: u32 = 0x0B5;
     pub const RESOLVER: u32 = 0x0CC;
     pub const UNEXPECTED_STO: u32 = 0x0D4;
+    pub const PHASE_INVERSION: u32 = 0x0DA;
     pub const ENCODER_INVERSION: u32 = 0x0DB;
     pub const INTEGRITY: u32 = 0x147;
     pub const RESERVED_BIT: u32 = 0x152;
@@ -229,14 +231,6 @@ pub fn watch_bus(events: &Events, ledger: &mut Ledger) {
     }
 }
 
-/// ATV-ENC-09: SC07 contradicts the inversion that the drive is set to. Of the phase rotation (SC03)
-/// no cell tells.
-pub fn watch_drive(found: &Contradiction, ledger: &mut Ledger) {
-    if found.is_opposite {
-        ledger.raise(Entry::sto(ErrorCode::single(sme::ENCODER_INVERSION), Cause::Live));
-    }
-}
-
 /// SME number of a fault of the channel itself.
 pub const fn internal(code: ErrorCode) -> ErrorCode {
     ErrorCode::single(match (code.info1, code.info2) {
@@ -268,6 +262,10 @@ enum Limited {
 pub struct Logic {
     has_ss1: bool,
     is_automatic: bool,
+    /// No encoder: the motor frequency is that of the output phases.
+    is_open_loop: bool,
+    /// SC33, 1/1000 rpm.
+    slowest: i64,
     restricts: bool,
     violations: u32,
     was_violated: bool,
@@ -292,6 +290,8 @@ impl Logic {
         Self {
             has_ss1: sc(65) == 1,
             is_automatic: sc(36) == 1,
+            is_open_loop: sc(5) == 1,
+            slowest: motor.limit(sc(33)),
             restricts: sc(35) == 1,
             violations: 0,
             was_violated: false,
@@ -308,6 +308,15 @@ impl Logic {
             second: false,
             ss1_rate: motor.rate(sc(30)),
             sls_rate: motor.rate(sc(40)),
+        }
+    }
+
+    /// ATV-ENC-09: the drive turns the other way. Without an encoder that is the phase rotation
+    /// (SC03), with one its inversion (SC07).
+    pub fn watch_drive(&self, found: &Contradiction, ledger: &mut Ledger) {
+        let number = if self.is_open_loop { sme::PHASE_INVERSION } else { sme::ENCODER_INVERSION };
+        if found.is_opposite {
+            ledger.raise(Entry::sto(ErrorCode::single(number), Cause::Live));
         }
     }
 
@@ -334,6 +343,14 @@ impl Logic {
         let is_kept = asked.rests | (ss1 & self.has_ss1 & (asked.held & HELD_BY_SS1 != 0));
         let is_held = !has(control::STO) | ledger.has_error() | (asked.in_sto & is_kept);
         let stood = self.stands();
+        // ATV-SLS-09: the motor coasts, switched off by the drive, when SLS is activated.
+        let begins = sls & self.has_sls & ((self.limited == Limited::Off) | asked.in_sto) & !is_held;
+        let coasts = !asked.drive_enabled & (asked.motion.speed.saturating_abs() > self.slowest);
+        if begins & coasts & !self.is_open_loop {
+            ledger.raise(Entry::sto(ErrorCode::single(sme::FREEWHEEL), Cause::Reaction));
+        }
+        // ATV-SS1-13: without an encoder a frequency that nothing drives cannot be observed.
+        let is_blind = self.is_open_loop & !asked.drive_enabled & ((ss1 & self.has_ss1) | self.stops());
         self.limit(sls & self.has_sls, is_held, asked);
         self.second = (self.mode == 2) & switch;
         let is_maintained = (self.mode == 3) & switch;
@@ -344,7 +361,7 @@ impl Logic {
             (control::SS1, ss1),
             (control::SLS, sls),
             (control::SMS_SWITCH, switch),
-            (asked::STO, !has(control::STO) | (stood & self.stands())),
+            (asked::STO, !has(control::STO) | (stood & self.stands()) | is_blind),
             (asked::SS1, ss1 & self.has_ss1),
             (asked::SLS_SS1, self.stops()),
             (asked::SLS, is_monitored),

@@ -472,12 +472,12 @@ pub struct Logic {
 impl Logic {
     /// ETG-SDI-02, ETG-SDI-03: once standstill was reached, not past the windows in a
     /// direction that is not enabled.
-    pub fn watch(&mut self, asked: &Asked<'_>, requested: &Word, stops: &Stops, ledger: &mut Ledger) {
+    pub fn watch(&mut self, asked: &Asked<'_>, requested: &Word, in_sto: bool, ledger: &mut Ledger) {
         if !self.has_directions {
             return;
         }
         let (no_positive, no_negative) = (requested.bit(control::SDIP), requested.bit(control::SDIN));
-        let is_off = stops.in_sto() | !(no_positive | no_negative);
+        let is_off = in_sto | !(no_positive | no_negative);
         if is_off {
             self.latched = None;
             self.moved = 0;

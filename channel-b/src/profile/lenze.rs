@@ -228,13 +228,6 @@ enum Operation {
     Confirmed,
 }
 
-/// A limit whose response time runs (LNZ-SMS-06).
-#[derive(Debug, Clone, Copy, Default)]
-struct Response {
-    since: Option<u64>,
-    is_met: bool,
-}
-
 /// Requests, special operation and what hangs on them.
 #[derive(Debug, Clone, Copy)]
 pub struct Logic {
@@ -257,7 +250,8 @@ pub struct Logic {
     ais: Terminal,
     aie: Terminal,
     limits: [i64; 5],
-    responses: [Response; 5],
+    /// Since when the stop that answers a violated limit runs, ns (LNZ-SMS-06).
+    responses: [Option<u64>; 5],
     response_ns: u64,
     output: Feedback,
     is_output_faulty: bool,
@@ -313,7 +307,7 @@ impl Logic {
             ais: Terminal::default(),
             aie: Terminal::default(),
             limits: core::array::from_fn(|at| limit(at as u32).saturating_mul(RPM)),
-            responses: [Response::default(); 5],
+            responses: [None; 5],
             output: Feedback::new(image),
             is_output_faulty: false,
             waits_for_restart: false,
@@ -470,8 +464,9 @@ impl Logic {
         let mut positive = word.bit(control::SDIPOS);
         let mut negative = word.bit(control::SDINEG);
         let [.., permanent] = self.directions;
-        positive |= permanent == 1;
-        negative |= permanent == 2;
+        // LNZ-SDI-08: the permanent one belongs to normal operation.
+        positive |= !is_special & (permanent == 1);
+        negative |= !is_special & (permanent == 2);
         for (number, direction) in (0..4_u8).zip(self.directions) {
             let by_motion = is_special & (self.motion == i64::from(number).saturating_add(3));
             let requested = word.bit(control::SLS1.saturating_add(number)) | by_motion;
@@ -488,10 +483,15 @@ impl Logic {
     fn read_pairs(&mut self, asked: &Asked<'_>, ledger: &mut Ledger) {
         self.levels_on = 0;
         for (at, pair) in (0..4_u32).zip(&mut self.pairs) {
+            let lines = (asked.levels >> at & 1 == 1, asked.others >> at & 1 == 1);
             if !pair.is_used {
+                // LNZ-IN-03: looked at during initialisation.
+                if asked.is_starting & (lines.0 | lines.1) {
+                    let code = ErrorCode::single(message::DEACTIVATED.saturating_add(at));
+                    ledger.raise(Entry::sto(code, Cause::Live));
+                }
                 continue;
             }
-            let lines = (asked.levels >> at & 1 == 1, asked.others >> at & 1 == 1);
             let is_faulty = pair.judge(lines, asked.is_first, asked.now);
             // LNZ-IN-04: OFF until the error is acknowledged.
             let is_cascade = self.is_cascaded & (at == 3);
@@ -518,11 +518,11 @@ impl Logic {
         self.is_output_faulty = ledger.iter().any(|entry| entry.code == code);
     }
 
-    /// A violated limit must be kept again within C15350, otherwise STO (LNZ-SMS-06).
-    /// DEC-14: not in STO.
+    /// A violated limit must be kept when C15350 is over and from then on, otherwise STO
+    /// (LNZ-SMS-06, LNZ-EX-27). DEC-14: not in STO.
     pub fn watch(&mut self, asked: &Asked<'_>, in_sto: bool, ledger: &mut Ledger) {
         if in_sto {
-            self.responses = [Response::default(); 5];
+            self.responses = [None; 5];
             return;
         }
         let speed = asked.motion.speed.saturating_abs();
@@ -534,13 +534,12 @@ impl Logic {
                 is_stop & (entry.code.code == number)
             });
             if !stands {
-                *response = Response::default();
+                *response = None;
                 continue;
             }
-            let since = *response.since.get_or_insert(asked.now);
-            response.is_met |= speed <= limit;
+            let since = *response.get_or_insert(asked.now);
             let is_over = asked.now.saturating_sub(since) >= self.response_ns;
-            is_late |= is_over & !response.is_met;
+            is_late |= is_over & (speed > limit);
         }
         if is_late {
             ledger.raise(Entry::sto(ErrorCode::single(message::RESPONSE_TIME), Cause::Reaction));

@@ -11,6 +11,7 @@ use crate::ledger::{Cause, Entry, Ledger};
 pub(super) const BUS_CORRUPT: u32 = 34;
 pub(super) const BUS_TIMEOUT: u32 = 35;
 pub(super) const DISCREPANCY: u32 = 49;
+pub(super) const DEACTIVATED: u32 = 57;
 pub(super) const OUTPUT: u32 = 89;
 pub(super) const STOPPING_TIME: u32 = 97;
 pub(super) const SLS: u32 = 98;

@@ -136,8 +136,12 @@ pub struct Asked<'a> {
     pub is_first: bool,
     /// First step of a settled start.
     pub is_settled: bool,
+    /// The axis has not been operational yet.
+    pub is_starting: bool,
     /// The drive's own status, non-safe.
     pub drive_n0: bool,
+    /// Its power stage is enabled, non-safe.
+    pub drive_enabled: bool,
     /// Motion of this cycle.
     pub motion: &'a Motion,
     /// Torque was off in the cycle before.
@@ -369,7 +373,7 @@ impl Logic {
     pub fn watch_drive(&self, found: &Contradiction, ledger: &mut Ledger) {
         match self {
             Self::Lenze(logic) => logic.watch_drive(found, ledger),
-            Self::Atv(_) => atv::watch_drive(found, ledger),
+            Self::Atv(logic) => logic.watch_drive(found, ledger),
             _ => {}
         }
     }
@@ -437,11 +441,11 @@ impl Logic {
     }
 
     /// Supervision a profile has beside the functions (AMK: SEM).
-    pub fn watch(&mut self, asked: &Asked<'_>, requested: &Word, stops: &Stops, ledger: &mut Ledger) {
+    pub fn watch(&mut self, asked: &Asked<'_>, requested: &Word, in_sto: bool, ledger: &mut Ledger) {
         match self {
             Self::Amk(logic) => logic.watch(asked, ledger),
-            Self::Etg(logic) => logic.watch(asked, requested, stops, ledger),
-            Self::Lenze(logic) => logic.watch(asked, stops.in_sto(), ledger),
+            Self::Etg(logic) => logic.watch(asked, requested, in_sto, ledger),
+            Self::Lenze(logic) => logic.watch(asked, in_sto, ledger),
             Self::Atv(logic) => logic.watch(ledger),
             Self::None => {}
         }
