@@ -1,7 +1,7 @@
 //! Between the newest frame of a fieldbus and the cells of one axis.
 
 use shm_schema::answer::Answer;
-use shm_schema::command::{Command, CommandSource, FRAME_MAX, Frame};
+use shm_schema::command::{Command, CommandSource, Frame};
 
 use crate::merge::{Protocol, merge};
 
@@ -12,15 +12,23 @@ pub const LEAD_EXCHANGES: u64 = 2;
 /// Octets an F-parameter block may have; no PROFIsafe frame of ours has such a length.
 const F_PARAMETERS: [usize; 4] = [10, 12, 14, 16];
 
+/// What is carried to both channels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Load {
+    source: CommandSource,
+    frame: Frame,
+    length: u16,
+}
+
 /// The black channel of one axis.
 #[derive(Debug, Clone)]
 pub struct Bridge {
     protocol: Protocol,
-    source: CommandSource,
-    frame: Frame,
-    length: u16,
+    load: Load,
     number: u32,
-    exchange: u64,
+    due: u64,
+    parameters: Option<Load>,
+    newest: Option<Load>,
     a: Side,
     b: Side,
 }
@@ -47,51 +55,54 @@ impl Side {
 impl Bridge {
     /// A bridge that has carried nothing.
     pub fn new(protocol: Protocol) -> Self {
-        let source = match protocol {
-            Protocol::Fsoe => CommandSource::Fsoe,
-            Protocol::Profisafe => CommandSource::Profisafe,
-        };
         Self {
             protocol,
-            source,
-            frame: Frame::default(),
-            length: 0,
+            load: Load { source: protocol.source(), frame: Frame::default(), length: 0 },
             number: 0,
-            exchange: 0,
+            due: 0,
+            parameters: None,
+            newest: None,
             a: Side::default(),
             b: Side::default(),
         }
     }
 
     /// Takes a frame, or the F-parameter block of a PROFIsafe host (10, 12, 14 or 16 octets).
-    /// `exchange`: sequence of the newest encoder sample. Whether the frame was taken: one
-    /// that is empty or longer than [`FRAME_MAX`] is none.
-    pub fn received(&mut self, octets: &[u8], exchange: u64) -> bool {
-        let fits = (1..=FRAME_MAX).contains(&octets.len());
-        if !fits {
-            return false;
+    /// Whether it was taken: one that is empty or longer than the cell (256 octets) is none. As on a bus, a
+    /// frame that has not left yet gives way to a newer one, but never the block to a frame.
+    pub fn received(&mut self, octets: &[u8]) -> bool {
+        let mut frame = Frame::default();
+        let place = frame.0.get_mut(..octets.len()).filter(|place| !place.is_empty());
+        let Some(place) = place else { return false };
+        place.copy_from_slice(octets);
+        let is_block = self.protocol == Protocol::Profisafe && F_PARAMETERS.contains(&octets.len());
+        let source = if is_block { CommandSource::ProfisafeParameters } else { self.protocol.source() };
+        let load = Some(Load { source, frame, length: octets.len() as u16 });
+        if is_block {
+            // What waits belongs to the connection before.
+            (self.parameters, self.newest) = (load, None);
+        } else {
+            self.newest = load;
         }
-        self.source = match self.protocol {
-            Protocol::Fsoe => CommandSource::Fsoe,
-            Protocol::Profisafe if F_PARAMETERS.contains(&octets.len()) => CommandSource::ProfisafeParameters,
-            Protocol::Profisafe => CommandSource::Profisafe,
-        };
-        self.frame = Frame::default();
-        self.frame.0[..octets.len()].copy_from_slice(octets);
-        self.length = octets.len() as u16;
-        self.number = self.number.wrapping_add(1).max(1);
-        self.exchange = exchange.saturating_add(LEAD_EXCHANGES);
         true
     }
 
-    /// The frame part of the next `command` cell; the non-safe levels are the caller's.
-    pub fn command(&self) -> Command {
+    /// The frame part of the next `command` cell; the non-safe levels are the caller's. `exchange`:
+    /// sequence of the newest encoder sample. A frame stands until both channels had the cycle it is due
+    /// in; only then the next one follows.
+    pub fn command(&mut self, exchange: u64) -> Command {
+        let free = (self.number == 0) | (exchange > self.due);
+        if let Some(load) = free.then(|| self.parameters.take().or_else(|| self.newest.take())).flatten() {
+            self.load = load;
+            self.number = self.number.wrapping_add(1).max(1);
+            self.due = exchange.saturating_add(LEAD_EXCHANGES);
+        }
         Command {
-            source: self.source,
+            source: self.load.source,
             frame_number: self.number,
-            frame_exchange: self.exchange,
-            frame_length: self.length,
-            frame: self.frame,
+            frame_exchange: self.due,
+            frame_length: self.load.length,
+            frame: self.load.frame,
             ..Command::default()
         }
     }
@@ -129,13 +140,26 @@ mod tests {
     #[test]
     fn a_frame_is_due_in_both_channels_two_exchanges_later() {
         let mut bridge = Bridge::new(Protocol::Fsoe);
-        assert_eq!(bridge.command().frame_number, 0);
-        assert!(bridge.received(&[1; 7], 100));
-        let command = bridge.command();
+        assert_eq!(bridge.command(100).frame_number, 0);
+        assert!(bridge.received(&[1; 7]));
+        let command = bridge.command(100);
         assert_eq!((command.frame_number, command.frame_exchange, command.frame_length), (1, 102, 7));
         assert_eq!(command.source, CommandSource::Fsoe);
-        assert!(!bridge.received(&[0; 257], 100) & !bridge.received(&[], 100));
-        assert_eq!(bridge.command(), command, "what is no frame changes nothing");
+        assert!(!bridge.received(&[0; 257]) & !bridge.received(&[]));
+        assert_eq!(bridge.command(200), command, "what is no frame changes nothing");
+    }
+
+    #[test]
+    fn a_frame_stands_until_both_channels_had_it_and_the_newest_follows() {
+        let mut bridge = Bridge::new(Protocol::Fsoe);
+        let carried = |bridge: &mut Bridge, exchange| bridge.command(exchange).frame.0[0];
+        bridge.received(&[1; 7]);
+        assert_eq!(carried(&mut bridge, 100), 1);
+        bridge.received(&[2; 7]);
+        bridge.received(&[3; 7]);
+        assert_eq!([100, 101, 102].map(|exchange| carried(&mut bridge, exchange)), [1; 3]);
+        assert_eq!(carried(&mut bridge, 103), 3);
+        assert_eq!(bridge.command(104).frame_exchange, 105);
     }
 
     #[test]
@@ -161,11 +185,15 @@ mod tests {
     }
 
     #[test]
-    fn a_block_of_f_parameters_is_known_by_its_length() {
+    fn a_block_of_f_parameters_is_known_by_its_length_and_goes_before_any_telegram() {
         let mut bridge = Bridge::new(Protocol::Profisafe);
-        bridge.received(&[0; 10], 1);
-        assert_eq!(bridge.command().source, CommandSource::ProfisafeParameters);
-        bridge.received(&[0; 8], 1);
-        assert_eq!(bridge.command().source, CommandSource::Profisafe);
+        bridge.received(&[7; 8]);
+        bridge.received(&[0; 10]);
+        bridge.received(&[1; 8]);
+        let block = bridge.command(1);
+        assert_eq!((block.source, block.frame_length), (CommandSource::ProfisafeParameters, 10));
+        let telegram = bridge.command(4);
+        assert_eq!((telegram.source, telegram.frame.0[0]), (CommandSource::Profisafe, 1));
+        assert_eq!(telegram.frame_number, 2);
     }
 }

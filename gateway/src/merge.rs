@@ -1,5 +1,7 @@
 //! One frame out of two: no channel alone can produce a valid one (design 9).
 
+use shm_schema::command::CommandSource;
+
 /// The protocol a frame is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protocol {
@@ -15,6 +17,14 @@ const FSOE_SHORTEST: usize = 6;
 const PROFISAFE_CHECK: usize = 3;
 
 impl Protocol {
+    /// How the command cell calls a frame of it.
+    pub const fn source(self) -> CommandSource {
+        match self {
+            Self::Fsoe => CommandSource::Fsoe,
+            Self::Profisafe => CommandSource::Profisafe,
+        }
+    }
+
     /// Whether the octet at `at` of a frame with `length` octets belongs to a check sum.
     ///
     /// FSoE: command, then after each two octets of data (or one in the shortest frame) two of

@@ -44,16 +44,14 @@ impl Port {
         self.socket.local_addr()
     }
 
-    /// The newest datagram since the last call: as on a bus, what came before it is gone.
-    pub fn newest(&mut self) -> Option<Vec<u8>> {
+    /// Hands each datagram since the last call to `take`, the oldest first.
+    pub fn receive(&mut self, mut take: impl FnMut(&[u8])) {
         let mut octets = [0; FRAME_MAX + 1];
-        let mut newest = None;
         for _ in 0..TAKEN_MAX {
             let Ok((length, sender)) = self.socket.recv_from(&mut octets) else { break };
             self.master = Some(sender);
-            newest = octets.get(..length).map(<[u8]>::to_vec);
+            take(octets.get(..length).unwrap_or_default());
         }
-        newest
     }
 
     /// Sends a frame to the master, if there is one. A frame that cannot be sent is lost.
@@ -69,15 +67,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newest_datagram_counts_and_its_sender_gets_the_answer() {
+    fn every_datagram_is_handed_over_in_order_and_the_newest_sender_gets_the_answer() {
         let mut port = Port::bind("127.0.0.1:0".parse().expect("an address")).expect("a port");
         let master = UdpSocket::bind("127.0.0.1:0").expect("a port");
-        assert_eq!(port.newest(), None);
+        port.receive(|_| panic!("nobody has sent anything"));
         port.send(&[9]);
         let at = port.address().expect("bound");
         master.send_to(&[1, 2], at).expect("sent");
         master.send_to(&[3, 4, 5], at).expect("sent");
-        assert_eq!(port.newest(), Some(vec![3, 4, 5]));
+        let mut taken = Vec::new();
+        port.receive(|octets| taken.push(octets.to_vec()));
+        assert_eq!(taken, [vec![1, 2], vec![3, 4, 5]]);
         port.send(&[6, 7]);
         let mut answer = [0; 8];
         assert_eq!(master.recv(&mut answer).expect("an answer"), 2);

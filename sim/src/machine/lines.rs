@@ -20,6 +20,15 @@ impl Default for Lines {
 }
 
 impl Lines {
+    /// The same levels where something is connected, low elsewhere.
+    #[must_use]
+    pub fn where_connected(mut self, inputs: [bool; 4]) -> Self {
+        for (levels, connected) in self.pairs.iter_mut().zip(inputs) {
+            *levels = (levels.0 & connected, levels.1 & connected);
+        }
+        self
+    }
+
     /// The patterns after these levels have stood for ever.
     pub fn settled(&self) -> Io {
         let mut io = Io { samples: 64, ..Io::default() };

@@ -51,7 +51,7 @@ type Fake = Axis<Obedient, Obedient, Agreeable>;
 fn fake(raw_encoder: bool) -> Fake {
     let cores = Cores { a: Obedient::default(), b: Obedient::default(), crosscheck: Agreeable::default() };
     let sine = SlotWiring::new(SlotKind::SineCosine, 1_024);
-    let wiring = Wiring { slots: [sine; 2], pole_pairs: 2 };
+    let wiring = Wiring { slots: [sine; 2], pole_pairs: 2, inputs: [true; 4] };
     Axis::new(cores, &wiring, Options { raw_encoder, ..Options::default() })
 }
 

@@ -56,6 +56,7 @@ struct Drive {
     signals: [Signals; 2],
     frozen: [Slot; 2],
     pole_pairs: i64,
+    inputs: [bool; 4],
     evaluators: [Evaluator; 2],
     request: DriveRequest,
     outputs: [[u64; 3]; 2],
@@ -83,11 +84,11 @@ impl BusEnd {
             if let Some(frame) = self.bridge.answers(answered(&cells.answer_a), answered(&cells.answer_b)) {
                 port.send(&frame);
             }
-            if let Some(frame) = port.newest() {
-                self.bridge.received(&frame, exchange);
-            }
+            port.receive(|octets| {
+                self.bridge.received(octets);
+            });
         }
-        self.bridge.command()
+        self.bridge.command(exchange)
     }
 }
 
@@ -191,6 +192,7 @@ impl Drive {
             signals: [signals(0), signals(1)],
             frozen: [Slot::default(); 2],
             pole_pairs: wiring.pole_pairs.into(),
+            inputs: wiring.inputs,
             evaluators: [Evaluator::relaxed(age_factor); 2],
             request: DriveRequest::default(),
             outputs: [[0; 3]; 2],
@@ -287,6 +289,7 @@ impl Drive {
 
     fn publish_inputs(&mut self, moment: &Moment) {
         let (word, lines) = self.control.show(moment.now_ms);
+        let lines = lines.where_connected(self.inputs);
         let io = self.io.get_or_insert_with(|| lines.settled());
         lines.sample(io, moment.cycles * moment.cycle_ns);
         read_back(io, &self.outputs, moment.cycles * moment.cycle_ns);

@@ -1,11 +1,13 @@
-//! A set that an FSoE master commands over the gateway: data of A, check sums of B, torque only
-//! while both processed the same frame (design 9).
+//! A set that an FSoE master or a PROFIsafe host commands over the gateway: data of A, check sums
+//! of B, torque only while both processed the same frame (design 9).
 
 use std::fs;
 use std::net::{SocketAddr, UdpSocket};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use sim::master::fsoe::{Config, Master, State};
+use sim::master::profisafe::{self, Host, Parameters};
 
 use crate::axis::{Axis, now_ns};
 use crate::host::judged;
@@ -16,40 +18,131 @@ const ADDRESS: u16 = 3;
 const NEUTRAL: u32 = 0x7E7F;
 const ACKNOWLEDGE: u32 = 0x7EFF;
 const STO_REQUESTED: u32 = 0x7E7E;
+/// Every stop withdrawn (LNZ-PS), without and with PS_AIS and PS_AIE.
+const RELEASED: u32 = 1 | 1 << 1 | 1 << 24;
+const PS_AIS: u32 = 1 << 16;
+const PS_AIE: u32 = 1 << 17;
+const WATCHDOG_MS: u16 = 400;
 /// Longest wait for anything.
 const DEADLINE: Duration = Duration::from_secs(8);
 /// Longest wait for an answer before the master sends again, as a bus does each cycle.
 const BUS_CYCLE: Duration = Duration::from_millis(60);
 
-/// A master on the other side of the gateway's socket.
-struct Bus {
-    master: Master,
+/// Who commands from the other side of the gateway.
+trait Partner {
+    fn to_send(&self) -> &[u8];
+    fn receive(&mut self, image: &[u8], now_ns: u64);
+    fn advance(&mut self, now_ns: u64);
+    fn set_outputs(&mut self, word: u32);
+    fn inputs(&self) -> Option<&[u8]>;
+    fn in_words(&self) -> String;
+}
+
+impl Partner for Master {
+    fn to_send(&self) -> &[u8] {
+        self.to_send()
+    }
+
+    fn receive(&mut self, image: &[u8], now_ns: u64) {
+        self.receive(image, now_ns);
+    }
+
+    fn advance(&mut self, now_ns: u64) {
+        self.advance(now_ns);
+    }
+
+    fn set_outputs(&mut self, word: u32) {
+        self.set_outputs(Some(&word.to_le_bytes()));
+    }
+
+    fn inputs(&self) -> Option<&[u8]> {
+        self.inputs().filter(|_| self.state() == State::Data)
+    }
+
+    fn in_words(&self) -> String {
+        format!("{:?}", self.state())
+    }
+}
+
+impl Partner for Host {
+    fn to_send(&self) -> &[u8] {
+        self.to_send()
+    }
+
+    fn receive(&mut self, image: &[u8], now_ns: u64) {
+        self.receive(image, now_ns);
+        // The operator is always at hand.
+        self.set_acknowledge(self.wants_acknowledge());
+    }
+
+    fn advance(&mut self, now_ns: u64) {
+        self.advance(now_ns);
+    }
+
+    fn set_outputs(&mut self, word: u32) {
+        self.set_outputs(&word.to_le_bytes());
+    }
+
+    fn inputs(&self) -> Option<&[u8]> {
+        self.inputs()
+    }
+
+    fn in_words(&self) -> String {
+        format!("status {:x?}, restarts {}", self.status(), self.restarts())
+    }
+}
+
+/// A partner on the other side of the gateway's socket.
+struct Bus<P> {
+    partner: P,
     socket: UdpSocket,
     gateway: SocketAddr,
 }
 
-impl Bus {
-    fn new(gateway: SocketAddr) -> Self {
+impl Bus<Master> {
+    fn fsoe(gateway: SocketAddr) -> Self {
+        let config = Config { watchdog_ms: WATCHDOG_MS, ..Config::new(4, 12, ADDRESS) };
+        Self::new(gateway, Master::new(config))
+    }
+
+    /// To the Data state and to torque.
+    fn connect(&mut self, axis: &mut Axis) {
+        self.command(NEUTRAL, axis, "the Data state", |bus, _| bus.status().is_some());
+        self.command(ACKNOWLEDGE, axis, "torque after the acknowledge", |_, axis| axis.torque());
+    }
+}
+
+impl Bus<Host> {
+    /// Hands the F-parameters over, as a controller does before the first telegram.
+    fn profisafe(gateway: SocketAddr) -> Self {
+        let parameters = Parameters::new(ADDRESS, WATCHDOG_MS);
+        let bus = Self::new(gateway, Host::new(profisafe::Config { outputs: 4, inputs: 4, parameters }));
+        bus.socket.send_to(&parameters.block(), gateway).expect("sent");
+        bus
+    }
+}
+
+impl<P: Partner> Bus<P> {
+    fn new(gateway: SocketAddr, partner: P) -> Self {
         let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
         socket.set_read_timeout(Some(BUS_CYCLE)).expect("a time-out");
-        let config = Config { watchdog_ms: 400, ..Config::new(4, 12, ADDRESS) };
-        Self { master: Master::new(config), socket, gateway }
+        Self { partner, socket, gateway }
     }
 
     /// One frame there, one back, if it comes.
     fn exchange(&mut self) {
-        self.socket.send_to(self.master.to_send(), self.gateway).expect("sent");
+        self.socket.send_to(self.partner.to_send(), self.gateway).expect("sent");
         let mut answer = [0; 300];
         match self.socket.recv(&mut answer) {
-            Ok(length) => self.master.receive(&answer[..length], now_ns()),
-            Err(_) => self.master.advance(now_ns()),
+            Ok(length) => self.partner.receive(&answer[..length], now_ns()),
+            Err(_) => self.partner.advance(now_ns()),
         }
     }
 
     /// Sends `word` until `condition` holds.
     fn command(&mut self, word: u32, axis: &mut Axis, what: &str, condition: impl Fn(&Self, &Axis) -> bool) {
         let start = Instant::now();
-        self.master.set_outputs(Some(&word.to_le_bytes()));
+        self.partner.set_outputs(word);
         while start.elapsed() < DEADLINE {
             self.exchange();
             axis.comes(Duration::ZERO, |_| true);
@@ -57,19 +150,11 @@ impl Bus {
                 return;
             }
         }
-        panic!("{what} did not come; master {:?}; last seen:\n{}", self.master.state(), axis.in_words());
-    }
-
-    /// To the Data state and to torque.
-    fn connect(&mut self, axis: &mut Axis) {
-        self.command(NEUTRAL, axis, "the Data state", |bus, _| {
-            bus.master.state() == State::Data && bus.status().is_some()
-        });
-        self.command(ACKNOWLEDGE, axis, "torque after the acknowledge", |_, axis| axis.torque());
+        panic!("{what} did not come; {}; last seen:\n{}", self.partner.in_words(), axis.in_words());
     }
 
     fn status(&self) -> Option<u32> {
-        let inputs = self.master.inputs()?;
+        let inputs = self.partner.inputs()?;
         Some(u32::from_le_bytes(*inputs.first_chunk()?))
     }
 }
@@ -79,11 +164,12 @@ fn free_port() -> SocketAddr {
     UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port")
 }
 
-fn commanded(folder: &Folder, gateway: SocketAddr) -> Running<'_> {
-    fs::copy(axis_file(), folder.file("axis.toml")).expect("copied");
+/// A set at its first acknowledge whose axis of `parameters` is on `bus` behind `gateway`.
+fn commanded<'a>(folder: &'a Folder, gateway: SocketAddr, bus: &str, parameters: &Path) -> Running<'a> {
+    fs::copy(parameters, folder.file("axis.toml")).expect("copied");
     let machine = format!(
         "[producer]\ngateway = \"{gateway}\"\n[[axis]]\nnumber = 1\nparameters = \"axis.toml\"\nbus = \
-         \"fsoe\"\naddress = {ADDRESS}\n"
+         \"{bus}\"\naddress = {ADDRESS}\n"
     );
     let file = folder.file("safepair.toml");
     fs::write(&file, machine).expect("written");
@@ -100,8 +186,8 @@ fn an_fsoe_master_commands_a_set_of_real_processes_over_the_gateway() {
     judged("a master", || {
         let folder = Folder::new("bus");
         let gateway = free_port();
-        let mut running = commanded(&folder, gateway);
-        let mut bus = Bus::new(gateway);
+        let mut running = commanded(&folder, gateway, "fsoe", &axis_file());
+        let mut bus = Bus::fsoe(gateway);
         let axis = &mut running.axis;
 
         bus.connect(axis);
@@ -126,13 +212,43 @@ fn a_forged_frame_takes_the_torque_away() {
     judged("a forged frame", || {
         let folder = Folder::new("forged");
         let gateway = free_port();
-        let mut running = commanded(&folder, gateway);
-        let mut bus = Bus::new(gateway);
+        let mut running = commanded(&folder, gateway, "fsoe", &axis_file());
+        let mut bus = Bus::fsoe(gateway);
         let axis = &mut running.axis;
         bus.connect(axis);
-        let mut forged = bus.master.to_send().to_vec();
+        let mut forged = bus.partner.to_send().to_vec();
         forged[1] ^= 0x04;
         bus.socket.send_to(&forged, gateway).expect("sent");
+        axis.expect("silence on both paths", |axis| axis.silent(Duration::from_millis(160)));
+        running.stop();
+    });
+}
+
+#[test]
+fn a_profisafe_host_commands_a_set_of_real_processes_over_the_gateway() {
+    let _turn = alone();
+    judged("a host", || {
+        let folder = Folder::new("host");
+        let gateway = free_port();
+        let parameters = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/live/profisafe.toml");
+        let mut running = commanded(&folder, gateway, "profisafe", &parameters);
+        let mut bus = Bus::profisafe(gateway);
+        let axis = &mut running.axis;
+
+        bus.command(RELEASED, axis, "process data", |bus, _| bus.status().is_some());
+        let acknowledge = RELEASED | PS_AIS | PS_AIE;
+        bus.command(acknowledge, axis, "torque after the acknowledge", |_, axis| axis.torque());
+        bus.command(RELEASED, axis, "a status without STO", |bus, _| {
+            bus.status().is_some_and(|status| status & 1 == 0)
+        });
+        bus.command(RELEASED & !1, axis, "STO", |bus, axis| {
+            !axis.torque() && bus.status().is_some_and(|status| status & 1 == 1)
+        });
+        // LNZ: the restart is acknowledged (C15300 = 0).
+        bus.command(RELEASED, axis, "the request gone", |bus, axis| !axis.torque() && bus.status().is_some());
+        bus.command(RELEASED | PS_AIS, axis, "torque after the restart acknowledge", |_, axis| axis.torque());
+
+        // DEC-18: a host that falls silent is a command of zeros, when the watchdog is over.
         axis.expect("silence on both paths", |axis| axis.silent(Duration::from_millis(160)));
         running.stop();
     });
