@@ -169,7 +169,9 @@ fn run(case: &Case, steps: u64, with_monitor: bool) -> Option<Report> {
             let (on, edges) = (outputs.inhibit.permit, outputs.inhibit.edges);
             readback.payload = Readback { path_a: on, path_b: on, edges_a: edges, edges_b: edges };
         }
-        last = Some(outputs.report);
+        if step + 1 == steps {
+            last = Some(outputs.report);
+        }
     }
     last
 }

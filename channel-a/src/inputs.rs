@@ -15,6 +15,37 @@ pub const fn filter_samples(time_us: u64) -> u64 {
     time_us.saturating_mul(2).saturating_sub(1).div_ceil(125)
 }
 
+/// The newest samples of a pattern, as many as have arrived since the step before.
+#[derive(Debug, Clone, Copy)]
+pub struct Newest {
+    count: u64,
+    mask: u64,
+}
+
+impl Newest {
+    /// So many.
+    pub const fn new(count: u64) -> Self {
+        let mask = if count >= PATTERN { u64::MAX } else { (1 << (count & 63)) - 1 };
+        Self { count, mask }
+    }
+
+    /// More have arrived than a pattern holds.
+    const fn lost(self) -> bool {
+        self.count > PATTERN
+    }
+
+    /// All of them show this level.
+    const fn all(self, pattern: u64, high: bool) -> bool {
+        let other = if high { !pattern } else { pattern };
+        other & self.mask == 0
+    }
+
+    /// One by one, the oldest first.
+    fn each(self, pattern: u64) -> impl Iterator<Item = bool> {
+        (0..self.count.min(PATTERN) as u32).rev().map(move |index| pattern.wrapping_shr(index) & 1 == 1)
+    }
+}
+
 /// One input line.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Line {
@@ -25,6 +56,8 @@ pub struct Line {
     history: u64,
     /// Samples that have to agree, as a mask of the history.
     agreeing: u64,
+    /// The level is about to change, or was; else only a sample of the other level does anything.
+    unsteady: bool,
 }
 
 impl Line {
@@ -44,6 +77,7 @@ impl Line {
         self.glitch_free = level;
         self.level = level;
         self.constant_for = u64::MAX / 2;
+        self.unsteady = false;
     }
 
     /// The debounced level.
@@ -51,28 +85,26 @@ impl Line {
         self.level
     }
 
-    /// The newest `new` samples of `pattern` have arrived.
-    pub fn take(&mut self, pattern: u64, new: u64) {
-        if new > PATTERN {
+    /// The newest samples of `pattern` change nothing.
+    pub const fn rests(&self, pattern: u64, newest: Newest) -> bool {
+        let same = newest.all(pattern, self.level);
+        same & !(self.unsteady | newest.lost())
+    }
+
+    /// The newest samples of `pattern` have arrived.
+    pub fn take(&mut self, pattern: u64, newest: Newest) {
+        if self.rests(pattern, newest) {
+            return;
+        }
+        if newest.lost() {
             // Samples were lost: the level has to prove itself again (DEC-18).
             *self = Self { agreeing: self.agreeing, ..Self::new(self.filter) };
         }
-        let new = new.min(PATTERN);
-        if self.is_quiet(pattern, new) {
-            self.constant_for = self.constant_for.saturating_add(new);
-            return;
-        }
-        for index in (0..new as u32).rev() {
-            self.sample(pattern.wrapping_shr(index) & 1 == 1);
-        }
-    }
-
-    fn is_quiet(&self, pattern: u64, new: u64) -> bool {
-        let mask = u64::MAX.checked_shr(PATTERN.saturating_sub(new) as u32).unwrap_or(0);
+        newest.each(pattern).for_each(|high| self.sample(high));
         let expected = if self.level { u64::MAX } else { 0 };
-        let fresh_agree = (pattern ^ expected) & mask == 0;
-        let old_agree = (self.history ^ expected) & self.agreeing == 0;
-        fresh_agree & old_agree & (self.glitch_free == self.level)
+        let agree = (self.history ^ expected) & self.agreeing == 0;
+        let follows = self.glitch_free == self.level;
+        self.unsteady = !(agree & follows);
     }
 
     fn sample(&mut self, high: bool) {
@@ -102,7 +134,9 @@ pub enum PulseFault {
 /// Check of the test pulses of one line.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pulses {
-    period: u64,
+    /// Samples from one pulse to the next, at least and at most.
+    earliest: u64,
+    latest: u64,
     since: u64,
     low: bool,
     seen: bool,
@@ -111,40 +145,39 @@ pub struct Pulses {
 impl Pulses {
     /// Checks for one pulse in `period_ms`.
     pub fn new(period_ms: u64) -> Self {
-        Self { period: period_ms.saturating_mul(16), ..Self::default() }
+        let period = period_ms.saturating_mul(16);
+        let tolerance = period / PERIOD_TOLERANCE_DIVISOR;
+        let (earliest, latest) = (period.saturating_sub(tolerance), period.saturating_add(tolerance));
+        Self { earliest, latest, ..Self::default() }
     }
 
-    /// The newest `new` samples of `pattern` have arrived while the line's level is `high`.
-    pub fn take(&mut self, pattern: u64, new: u64, high: bool) -> Option<PulseFault> {
+    /// The newest samples of `pattern` have arrived while the line's level is `high`.
+    pub fn take(&mut self, pattern: u64, newest: Newest, high: bool) -> Option<PulseFault> {
         if !high {
-            *self = Self { period: self.period, ..Self::default() };
+            *self = Self { earliest: self.earliest, latest: self.latest, ..Self::default() };
             return None;
         }
-        let tolerance = self.period / PERIOD_TOLERANCE_DIVISOR;
-        let latest = self.period.saturating_add(tolerance);
-        let new = new.min(PATTERN);
-        let read = u64::MAX.checked_shr(PATTERN.saturating_sub(new) as u32).unwrap_or(0);
-        // Most patterns hold no pulse at all.
-        if (!pattern & read == 0) & !self.low {
-            self.since = self.since.saturating_add(new);
-            return if self.since > latest { Some(PulseFault::Missing) } else { None };
-        }
         let mut fault = None;
-        for index in (0..new as u32).rev() {
-            let low = pattern.wrapping_shr(index) & 1 == 0;
-            let begins = low & !self.low;
-            self.low = low;
-            self.since = self.since.saturating_add(1);
-            if begins {
-                let early = self.since < self.period.saturating_sub(tolerance);
-                if early & self.seen {
-                    fault = Some(PulseFault::TooSoon);
-                }
-                self.seen = true;
-                self.since = 0;
-            }
+        // Most patterns hold no pulse at all.
+        if newest.all(pattern, true) & !self.low {
+            self.since = self.since.saturating_add(newest.count.min(PATTERN));
+        } else {
+            newest.each(pattern).for_each(|high| fault = self.sample(high).or(fault));
         }
-        if self.since > latest { Some(PulseFault::Missing) } else { fault }
+        if self.since > self.latest { Some(PulseFault::Missing) } else { fault }
+    }
+
+    fn sample(&mut self, high: bool) -> Option<PulseFault> {
+        let begins = !(high | self.low);
+        self.low = !high;
+        self.since = self.since.saturating_add(1);
+        if !begins {
+            return None;
+        }
+        let early = self.seen & (self.since < self.earliest);
+        self.seen = true;
+        self.since = 0;
+        early.then_some(PulseFault::TooSoon)
     }
 }
 
@@ -163,10 +196,10 @@ mod tests {
         // AMK-EX-GLITCH: 0 0 0 0 1 0 1 1 1 1, newest last
         let mut line = Line::new(0);
         line.settle(false);
-        line.take(0b00_0010_1111, 10);
+        line.take(0b00_0010_1111, Newest::new(10));
         assert!(line.level());
         line.settle(false);
-        line.take(0b00_0010_1110 >> 1, 9);
+        line.take(0b00_0010_1110 >> 1, Newest::new(9));
         assert!(!line.level());
     }
 
@@ -177,7 +210,7 @@ mod tests {
         line.settle(true);
         let mut samples = 0;
         while line.level() {
-            line.take(0, 1);
+            line.take(0, Newest::new(1));
             samples += 1;
         }
         assert_eq!(samples, 4 + 16);
@@ -190,19 +223,32 @@ mod tests {
         line.settle(true);
         let mut samples = 0;
         while line.level() {
-            line.take(0, 1);
+            line.take(0, Newest::new(1));
             samples += 1;
         }
         assert_eq!(samples, 33);
     }
 
     #[test]
+    fn a_glitch_before_quiet_samples_is_forgotten_and_no_part_of_the_next() {
+        // AMK-FILT-03
+        let mut line = Line::new(0);
+        line.settle(false);
+        line.take(0b1, Newest::new(16));
+        line.take(0, Newest::new(16));
+        line.take(0b111, Newest::new(3));
+        assert!(!line.level(), "three of four");
+        line.take(0b1, Newest::new(1));
+        assert!(line.level());
+    }
+
+    #[test]
     fn lost_samples_read_as_low() {
         let mut line = Line::new(4);
         line.settle(true);
-        line.take(u64::MAX, 65);
+        line.take(u64::MAX, Newest::new(65));
         assert!(line.level(), "64 sound samples prove the level again");
-        line.take(0, 65);
+        line.take(0, Newest::new(65));
         assert!(!line.level());
     }
 
@@ -212,11 +258,11 @@ mod tests {
         let mut pulses = Pulses::new(50);
         let mut fault = None;
         for _ in 0..56 {
-            fault = fault.or(pulses.take(u64::MAX, 16, true));
+            fault = fault.or(pulses.take(u64::MAX, Newest::new(16), true));
         }
         assert_eq!(fault, Some(PulseFault::Missing));
         let mut pulses = Pulses::new(50);
-        assert_eq!(pulses.take(0xFFF7, 16, true), None);
-        assert_eq!(pulses.take(0xFFF7, 16, true), Some(PulseFault::TooSoon));
+        assert_eq!(pulses.take(0xFFF7, Newest::new(16), true), None);
+        assert_eq!(pulses.take(0xFFF7, Newest::new(16), true), Some(PulseFault::TooSoon));
     }
 }

@@ -61,7 +61,7 @@ impl Line {
             begin,
             at: 0,
             level: false,
-            whole_cycles: 0,
+            whole_cycles: if gaps.exist() { 0 } else { u16::MAX },
             unseen_cycles: 0,
             unseen_gaps: 0,
             contradicted: 0,
@@ -71,6 +71,9 @@ impl Line {
     /// Samples of the next cycle, bit k the k-th of `samples`.
     fn drive(&mut self, level: bool, samples: u64, all: u64) -> u64 {
         self.level = level;
+        if self.begin == u64::MAX {
+            return if level { all } else { 0 };
+        }
         self.whole_cycles = self.whole_cycles.saturating_add(1);
         let after = self.at.saturating_add(samples);
         // Most cycles have no gap.

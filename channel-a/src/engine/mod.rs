@@ -2,13 +2,14 @@
 //! primitives (design 6). Tables of instances come from [`crate::profile`].
 //!
 //! - [`approach`]: delay, monitored ramp, dwell, then the target window
-//! - [`watch`]: a window on one quantity, requested or always on
+//! - [`watch`]: a window on one quantity, requested or always on; [`watches`] walks their table
 //! - [`stop`]: the stop functions, their priority and how they are left; [`places`] says which
 
 pub mod approach;
 pub mod places;
 pub mod stop;
 pub mod watch;
+pub mod watches;
 
 /// What the functions judge, of one instant.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -48,6 +49,23 @@ pub enum Side {
 impl Range {
     /// Everything.
     pub const ALL: Self = Self { lower: i64::MIN, upper: i64::MAX };
+
+    /// What both permit.
+    pub const fn common(self, other: Self) -> Self {
+        let lower = if self.lower > other.lower { self.lower } else { other.lower };
+        let upper = if self.upper < other.upper { self.upper } else { other.upper };
+        Self { lower, upper }
+    }
+
+    /// The same around `place`.
+    pub const fn around(self, place: i64) -> Self {
+        Self { lower: self.lower.saturating_add(place), upper: self.upper.saturating_add(place) }
+    }
+
+    /// Whether `value` is inside.
+    pub const fn has(&self, value: i64) -> bool {
+        (self.lower <= value) & (value <= self.upper)
+    }
 
     /// From `-magnitude` to `+magnitude`.
     pub const fn symmetric(magnitude: i64) -> Self {

@@ -1,18 +1,16 @@
-//! Sets of places in the table of stop functions.
+//! Sets of places in a table.
 
-/// A set of places, 0 to 15.
+/// A set of places, 0 to 63.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Places(u16);
+pub struct Places(u64);
 
 impl Places {
     /// No place.
     pub const NONE: Self = Self(0);
-    /// Places that a set can tell apart.
-    pub const ALL: usize = u16::BITS as usize;
 
     /// This place alone.
     pub const fn of(place: u8) -> Self {
-        Self(1_u16.wrapping_shl(place as u32))
+        Self(1_u64.wrapping_shl(place as u32))
     }
 
     /// This place if `is`, else none.
@@ -48,7 +46,7 @@ impl Places {
 
 /// The places of a set, ascending.
 #[derive(Debug, Clone)]
-pub struct Each(u16);
+pub struct Each(u64);
 
 impl IntoIterator for Places {
     type Item = u8;
@@ -76,9 +74,9 @@ mod tests {
 
     #[test]
     fn a_set_is_walked_upwards_and_knows_what_it_has() {
-        let set = Places::of(15).with(Places::of(0)).with(Places::when(true, 7));
-        assert!(set.into_iter().eq([0, 7, 15]));
-        assert!(set.without(Places::of(7)).into_iter().eq([0, 15]));
+        let set = Places::of(63).with(Places::of(0)).with(Places::when(true, 7));
+        assert!(set.into_iter().eq([0, 7, 63]));
+        assert!(set.without(Places::of(7)).into_iter().eq([0, 63]));
         assert!(set.has(7) && !set.has(8) && set.common(Places::of(8)).is_empty());
     }
 }

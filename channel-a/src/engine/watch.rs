@@ -84,6 +84,32 @@ enum State {
     Violated(u64),
 }
 
+/// What the next instants can do to a watch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outlook {
+    /// Nothing.
+    None,
+    /// Any of them can change it.
+    Any,
+    /// Only a value outside this range can.
+    Outside(Basis, Range),
+    /// Only a position outside this range can: it moves the latch, or leaves the window.
+    Drift(Range),
+}
+
+/// A quantity that an instant shows by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Basis {
+    /// 1/1000 rpm.
+    Speed,
+    /// Increments.
+    Position,
+    /// 1/1000 rpm/s.
+    Acceleration,
+    /// Millionths of the rated torque.
+    Torque,
+}
+
 /// One instance at work.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Watch {
@@ -93,40 +119,50 @@ pub struct Watch {
     start_speed: i64,
     /// A violation that starts nothing was not acknowledged since: its monitoring goes on.
     noted: bool,
-    /// The row once more, as every step asks for it.
-    always: bool,
-    asked: u64,
-    shown: u32,
-    is_speed: bool,
 }
 
 impl Watch {
     /// An instance that has not been requested yet.
     pub fn new(plan: Plan) -> Self {
-        Self {
-            plan,
-            state: State::Idle,
-            start_speed: 0,
-            noted: false,
-            always: plan.request.is_none(),
-            asked: plan.request.map_or(0, |bit| 1_u64.wrapping_shl(u32::from(bit))),
-            shown: plan.status.map_or(0, |bit| 1_u32.wrapping_shl(u32::from(bit))),
-            is_speed: plan.quantity == Quantity::Speed,
-        }
+        Self { plan, ..Self::default() }
     }
 
     /// Requested by this mask, or always on.
-    pub const fn is_asked(&self, asked: u64) -> bool {
-        self.always | (asked & self.asked != 0)
+    pub fn is_asked(&self, asked: u64) -> bool {
+        self.plan.request.is_none_or(|bit| asked.wrapping_shr(u32::from(bit)) & 1 == 1)
     }
 
-    /// Its status bit as a mask: where it is kept, and where it is not.
-    pub const fn shows(&self) -> (u32, u32) {
-        match self.state {
-            State::Idle => (0, 0),
-            State::Holding(_) if !self.noted => (self.shown, 0),
-            State::Holding(_) | State::Approaching(_) | State::Violated(_) => (0, self.shown),
+    /// What the next instants can do to it.
+    pub fn outlook(&self) -> Outlook {
+        let window = self.plan.window;
+        let latch = match self.state {
+            State::Idle | State::Violated(_) => return Outlook::None,
+            State::Approaching(_) => return Outlook::Any,
+            State::Holding(latch) => latch,
+        };
+        match (self.plan.quantity, latch) {
+            (Quantity::Speed, _) | (Quantity::SpeedFromZero(_), Some(_)) => {
+                Outlook::Outside(Basis::Speed, window)
+            }
+            (Quantity::Position, _) => Outlook::Outside(Basis::Position, window),
+            (Quantity::Travel | Quantity::TravelFromZero(_), Some(from)) => {
+                Outlook::Outside(Basis::Position, window.around(from))
+            }
+            (Quantity::TravelFromHighest | Quantity::TravelBackFromZero(_), Some(from)) => {
+                Outlook::Drift(Range { upper: from, ..window.around(from) })
+            }
+            (Quantity::TravelFromLowest | Quantity::TravelForthFromZero(_), Some(from)) => {
+                Outlook::Drift(Range { lower: from, ..window.around(from) })
+            }
+            (Quantity::Acceleration, _) => Outlook::Outside(Basis::Acceleration, window),
+            (Quantity::Torque, _) => Outlook::Outside(Basis::Torque, window),
+            _ => Outlook::Any,
         }
+    }
+
+    /// On its way; else it holds, rests or was violated.
+    pub const fn approaches(&self) -> bool {
+        matches!(self.state, State::Approaching(_))
     }
 
     /// Forgets everything: no request, or STO (DEC-14).
@@ -174,12 +210,6 @@ impl Watch {
 
     /// One instant under request.
     pub fn step(&mut self, sample: &Sample) -> Option<Violation> {
-        // Most steps of most watches: a held window on the speed.
-        if self.is_speed & matches!(self.state, State::Holding(_)) {
-            let side = self.plan.window.left_by(sample.speed)?;
-            self.note(sample);
-            return Some(Violation { part: Part::Window, side });
-        }
         if matches!(self.state, State::Idle) {
             self.state = State::Approaching(Progress::begin(sample.now_ns, sample.speed));
             self.start_speed = sample.speed;

@@ -64,9 +64,8 @@ impl Monitor {
         (sto, ready, driving, test_pulse): (bool, bool, bool, bool),
         flow: Flow,
     ) -> Report {
-        let used = self.program.used;
         let state = State {
-            watches: self.program.watches.get(..used).unwrap_or(&[]),
+            watches: &self.program.watches,
             stops: &self.program.stops,
             error: self.errors.stand(),
             ready: matches!(self.phase, Phase::AwaitAcknowledge | Phase::Operational),

@@ -21,7 +21,9 @@ impl Monitor {
         let stops = &mut self.program.stops;
         stops.restart_once |= requests.restart_once;
         stops.command(forced, &sample);
-        self.advance(&sample);
+        if !stops.running().is_empty() {
+            self.advance(&sample);
+        }
         // DEC-14: nothing is evaluated in STO, from the instant on that brings it.
         let monitored = !self.program.stops.is_sto();
         self.stand_still(moving);
@@ -33,9 +35,8 @@ impl Monitor {
 
     /// What the profile judges by itself.
     fn respond(&mut self, requests: &Requests, monitored: bool, sample: &Sample) {
-        let watches = self.program.watches.get(..self.program.used).unwrap_or(&[]);
-        let scene = Scene { watches, stops: &self.program.stops, sample, requests, monitored };
-        let response = self.program.rules.respond(&scene);
+        let Program { watches, stops, rules, .. } = &mut self.program;
+        let response = rules.respond(&Scene { watches, stops, sample, requests, monitored });
         if let Some((code, class)) = response.error {
             self.errors.raise(code, class);
         }
@@ -46,18 +47,13 @@ impl Monitor {
 
     fn watch(&mut self, asked: u64, monitored: bool, sample: &Sample) {
         let mut wanted = Wanted::default();
-        let Program { watches, used, rules, stops, .. } = &mut self.program;
-        for watch in watches.iter_mut().take(*used) {
-            if !(monitored & watch.is_asked(asked)) {
-                watch.rest();
-                continue;
-            }
-            if let Some(violation) = watch.step(sample) {
-                let (code, class) = rules.watch_code(&watch.plan, violation);
-                self.errors.raise(code, class);
-                wanted.note(watch.plan.reaction);
-            }
-        }
+        let Program { watches, rules, stops, .. } = &mut self.program;
+        let errors = &mut self.errors;
+        watches.step(asked, monitored, sample, &mut |plan, violation| {
+            let (code, class) = rules.watch_code(plan, violation);
+            errors.raise(code, class);
+            wanted.note(plan.reaction);
+        });
         if wanted.start(stops, sample) {
             self.advance(sample);
         }

@@ -40,7 +40,12 @@ impl Flow {
 #[derive(Debug, Clone)]
 pub struct Monitor {
     setup: Setup,
-    patience: Patience,
+    /// Age at which a sample is stale, ns.
+    stale_ns: u64,
+    /// Distance of samples from which on some are missing, ns.
+    gap_ns: u64,
+    /// Overruns in a row that are too many.
+    overruns_most: u16,
     program: Program,
     phase: Phase,
     errors: Errors,
@@ -90,7 +95,9 @@ impl Monitor {
         let patience = Patience::new(setup.age_factor);
         Self {
             setup: *setup,
-            patience,
+            stale_ns: setup.cycle_ns.saturating_mul(patience.cycles(setup.stale_cycles.max(1)).into()),
+            gap_ns: setup.cycle_ns.saturating_mul(3) / 2,
+            overruns_most: patience.cycles(setup.overruns_max.max(1)).min(u8::MAX.into()),
             phase,
             errors,
             encoder: Evaluation::new(program.encoder),
@@ -124,11 +131,6 @@ impl Monitor {
     pub(crate) fn force_operational(&mut self) {
         self.phase = Phase::Operational;
         self.errors = Errors::default();
-    }
-
-    fn stale_ns(&self) -> u64 {
-        let cycles = self.patience.cycles(self.setup.stale_cycles.max(1));
-        self.setup.cycle_ns.saturating_mul(u64::from(cycles))
     }
 
     fn settles_now(&self) -> bool {
@@ -175,8 +177,7 @@ impl Monitor {
     /// Position and speed of this instant; `false` while there is none to believe.
     fn measure(&mut self, inputs: &Inputs, now_ns: u64) -> bool {
         self.encoder_cell.take(&inputs.encoder);
-        let stale_ns = self.stale_ns();
-        let current = self.encoder_cell.current(now_ns, stale_ns, self.setup.cycle_ns).copied();
+        let current = self.encoder_cell.current(now_ns, self.stale_ns, self.setup.cycle_ns).copied();
         let judged = !matches!(self.phase, Phase::Boot | Phase::Refused);
         let Some(cell) = current else {
             self.producer_stamps.restart();
@@ -279,7 +280,7 @@ impl Monitor {
         // A producer that lost samples in between is late, not slow: measured anew.
         let gap_ns = cell.timestamp_ns.saturating_sub(self.producer_stamp_ns);
         self.producer_stamp_ns = cell.timestamp_ns;
-        if gap_ns > self.setup.cycle_ns.saturating_mul(3) / 2 {
+        if gap_ns > self.gap_ns {
             self.producer_count.restart();
         }
         let by_stamp = self.producer_stamps.step(now_ns, cell.timestamp_ns);
@@ -297,8 +298,7 @@ impl Monitor {
         if !inputs.image_sound {
             self.raise(Fault::Image);
         }
-        let most = self.patience.cycles(self.setup.overruns_max.max(1));
-        let late = u16::from(inputs.overruns) >= most.min(u16::from(u8::MAX));
+        let late = u16::from(inputs.overruns) >= self.overruns_most;
         if late & self.startup.judges_overruns() {
             self.raise(Fault::Overrun);
         }
@@ -353,7 +353,8 @@ impl Monitor {
         if found.lost {
             self.partner.driving = false;
         }
-        if self.phase != Phase::Operational {
+        let nothing = found.permits();
+        if nothing | (self.phase != Phase::Operational) {
             return found;
         }
         let named = [
@@ -394,7 +395,7 @@ impl Monitor {
 
     /// Commands and inputs, stale ones read as nothing (DEC-18).
     fn request(&mut self, inputs: &Inputs, heard: &Heard, now_ns: u64) -> Requests {
-        let (stale_ns, cycle_ns) = (self.stale_ns(), self.setup.cycle_ns);
+        let (stale_ns, cycle_ns) = (self.stale_ns, self.setup.cycle_ns);
         self.io_cell.take(&inputs.io);
         // The age of frames is the protocol's affair: its watchdog judges it.
         let framed = self.field.is_used();
@@ -416,17 +417,15 @@ impl Monitor {
             .io
             .map(|io| (io.samples, [io.output_readback[0], io.output_readback[2], io.dynamic_readback[0]]));
         for (line, faulty) in (0..).zip(self.outputs.judge(readback)) {
-            if let Some((code, class)) = self.program.rules.output_code(line).filter(|_| faulty) {
+            if !faulty {
+                continue;
+            }
+            if let Some((code, class)) = self.program.rules.output_code(line) {
                 self.errors.raise(code, class);
             }
         }
-        let used = self.program.used;
-        let watches = self.program.watches.get(..used).unwrap_or(&[]);
-        let requests = self.program.rules.requests(&outside, watches, &self.program.stops);
-        for (code, class) in requests.faults.into_iter().flatten() {
-            self.errors.raise(code, class);
-        }
-        requests
+        let Program { watches, rules, stops, .. } = &mut self.program;
+        rules.requests(&outside, watches, stops, &mut self.errors)
     }
 
     /// DEC-15: after all causes of this step have shown themselves.
@@ -437,27 +436,30 @@ impl Monitor {
         self.look_again(requests);
         let settled = self.program.stops.is_settled();
         self.errors.acknowledge(settled);
-        self.program.watches.iter_mut().for_each(|watch| watch.acknowledge(settled));
+        self.program.watches.acknowledge(settled);
     }
 
     /// DEC-15: a limit that is violated has no end state without a reaction; its error stands as
     /// long as the limit is.
     fn look_again(&mut self, requests: &Requests) {
-        let Program { watches, used, stops, rules, .. } = &mut self.program;
+        let Program { watches, stops, rules, .. } = &mut self.program;
         if requests.demand.sto | stops.is_sto() {
             return;
         }
-        for watch in watches.iter_mut().take(*used).filter(|watch| watch.is_asked(requests.watches)) {
-            if let Some(violation) = watch.stands(&self.judged) {
-                let (code, class) = rules.watch_code(&watch.plan, violation);
-                self.errors.raise(code, class);
-            }
-        }
+        let errors = &mut self.errors;
+        watches.look_again(requests.watches, &self.judged, &mut |plan, violation| {
+            let (code, class) = rules.watch_code(plan, violation);
+            errors.raise(code, class);
+        });
     }
 
     /// DEC-19; `true` in the step that becomes operational: its edge restarts too.
     fn start_up(&mut self, requests: &Requests, found: &Findings, moving: bool, now_ns: u64) -> bool {
         let before = self.phase;
+        if before == Phase::Operational {
+            // Nothing leads back from here.
+            return false;
+        }
         let asked = requests.acknowledge | requests.demand.restart;
         let stop_asked = requests.demand.sto | !requests.demand.stops.is_empty();
         let conditions = Conditions {
@@ -468,7 +470,7 @@ impl Monitor {
             released: asked & !stop_asked & !self.errors.stand(),
         };
         self.phase = self.startup.next(before, &conditions, now_ns, self.program.tolerance.time_ns);
-        self.phase == Phase::Operational && before != Phase::Operational
+        self.phase == Phase::Operational
     }
 
     fn exchange(&self) -> u64 {

@@ -13,9 +13,9 @@ use crate::engine::places::Places;
 use crate::engine::stop::{self, Demand, End, Reaction};
 use crate::engine::watch::{Part, Plan, Quantity, Violation};
 use crate::engine::{Range, Side};
-use crate::errors::Class;
+use crate::errors::{Class, Errors};
 use crate::image::Image;
-use crate::inputs::{Line, Pulses, filter_samples};
+use crate::inputs::{Line, Newest, Pulses, filter_samples};
 use crate::outputs::Gaps;
 use crate::partner::{Findings, Tolerance};
 use crate::path::PathFault;
@@ -55,13 +55,19 @@ const SLS: [(u8, [u32; 4]); 2] = [(control::SLS1, [54, 56, 57, 58]), (control::S
 const INPUTS: [(u32, u32, u32); 3] = [(71, 69, 72), (77, 75, 78), (83, 81, 84)];
 const INPUT_STATUS: [u8; 3] = [status::SE1, status::SE2, status::SE3];
 
+/// The own line of a safe input.
+#[derive(Debug, Clone, Copy)]
+struct Input {
+    line: Line,
+    pulses: Option<Pulses>,
+}
+
 /// The own part of an axis.
 #[derive(Debug, Clone)]
 pub struct Amk {
     by_inputs: bool,
     assigned: [u32; 3],
-    lines: [Line; 3],
-    pulses: [Option<Pulses>; 3],
+    inputs: [Input; 3],
     samples: Option<u64>,
     acknowledge_armed: bool,
     clear_armed: bool,
@@ -180,8 +186,10 @@ pub fn build(image: &Image, program: &mut Program) {
     program.rules = Rules::Amk(Amk {
         by_inputs: p(7) == 1,
         assigned: [15, 16, 17].map(|number| assigned_bits(p(number))),
-        lines: INPUTS.map(|(filter, _, _)| Line::new(filter_samples(p(filter) as u64))),
-        pulses: INPUTS.map(|(_, check, period)| (p(check) == 1).then(|| Pulses::new(p(period) as u64))),
+        inputs: INPUTS.map(|(filter, check, period)| Input {
+            line: Line::new(filter_samples(p(filter) as u64)),
+            pulses: (p(check) == 1).then(|| Pulses::new(p(period) as u64)),
+        }),
         samples: None,
         acknowledge_armed: false,
         clear_armed: false,
@@ -200,9 +208,9 @@ fn assigned_bits(value: i64) -> u32 {
 
 impl Amk {
     /// Requests of this step.
-    pub fn requests(&mut self, outside: &Outside) -> Requests {
-        let mut requests = Requests::default();
-        self.take_inputs(outside, &mut requests);
+    pub fn requests(&mut self, outside: &Outside, errors: &mut Errors) -> Requests {
+        let inputs = self.take_inputs(outside, errors);
+        let mut requests = Requests { inputs, ..Requests::default() };
         let word = outside.word.unwrap_or(Word::ZERO).0[0];
         let requested = if self.by_inputs { self.by_inputs(requests.inputs) } else { !word & FUNCTIONS };
         let bit = |number: u8| requested.wrapping_shr(u32::from(number)) & 1 == 1;
@@ -230,28 +238,31 @@ impl Amk {
         low.fold(0, |all, (_, bits)| all | bits)
     }
 
-    fn take_inputs(&mut self, outside: &Outside, requests: &mut Requests) {
+    /// The debounced levels.
+    fn take_inputs(&mut self, outside: &Outside, errors: &mut Errors) -> u32 {
         let Some(io) = outside.io else {
             // DEC-18: an unreadable input is low, and has to prove itself again.
             self.samples = None;
-            self.lines.iter_mut().for_each(|line| line.settle(false));
-            return;
+            self.inputs.iter_mut().for_each(|input| input.line.settle(false));
+            return 0;
         };
         let new = self.samples.map_or(0, |before| io.samples.wrapping_sub(before));
         self.samples = Some(io.samples);
-        let rows = self.lines.iter_mut().zip(&mut self.pulses).zip(&io.line_1).enumerate();
-        for (pair, ((line, pulses), pattern)) in rows {
+        let newest = Newest::new(new);
+        let mut levels = 0;
+        for (pair, (input, pattern)) in (0..).zip(self.inputs.iter_mut().zip(&io.line_1)) {
             if outside.settle {
-                line.settle(pattern & 1 == 1);
+                input.line.settle(pattern & 1 == 1);
             }
-            line.take(*pattern, new);
-            requests.inputs |= u32::from(line.level()).wrapping_shl(pair as u32);
-            let fault = pulses.as_mut().and_then(|pulses| pulses.take(*pattern, new, line.level()));
-            if let Some((fault, place)) = fault.zip(requests.faults.get_mut(pair)) {
-                let code = ErrorCode::amk(3606, PULSE_CHECK, fault as u32, pair as u32 + 1);
-                *place = Some((code, Class::Cause));
+            input.line.take(*pattern, newest);
+            let level = input.line.level();
+            levels |= u32::from(level).wrapping_shl(pair);
+            let fault = input.pulses.as_mut().and_then(|pulses| pulses.take(*pattern, newest, level));
+            if let Some(fault) = fault {
+                errors.raise(ErrorCode::amk(3606, PULSE_CHECK, fault as u32, pair + 1), Class::Cause);
             }
         }
+        levels
     }
 
     /// Status word (AMK-FSOE-10).
@@ -265,11 +276,10 @@ impl Amk {
             set(bit, state.requests.inputs.wrapping_shr(pair as u32) & 1 == 1);
         }
         if !state.sto {
-            let (held, broken) = monitored(state);
             set(status::SS1_ACTIVE, state.stops.braking().has(SS1));
             set(status::SS2_ACTIVE, state.stops.braking().has(SS2));
             set(status::SOS, state.stops.standing().has(SS2));
-            word |= held & !broken;
+            word |= state.watches.shown().0[0];
         }
         Word::from_u32(word)
     }
@@ -300,9 +310,7 @@ impl Amk {
         if asked == 0 {
             return false;
         }
-        let (held, broken) = monitored(state);
-        let active = held & !broken;
-        let all = active & asked == asked;
+        let all = state.watches.shown().0[0] & asked == asked;
         all & !state.sto
     }
 
@@ -338,18 +346,6 @@ impl Amk {
         };
         (code, Class::Cause)
     }
-}
-
-/// Status bits that some instance keeps, and those that some instance does not.
-fn monitored(state: &State) -> (u32, u32) {
-    let mut held = 0;
-    let mut broken = 0;
-    for watch in state.watches {
-        let (kept, unkept) = watch.shows();
-        held |= kept;
-        broken |= unkept;
-    }
-    (held, broken)
 }
 
 /// DEC-44: an error when the reaction is STO, a warning when a stop is started.

@@ -16,7 +16,7 @@ use crate::engine::places::Places;
 use crate::engine::stop::{self, Demand, End, Reaction};
 use crate::engine::watch::{Plan, Quantity, Violation};
 use crate::engine::{Range, Sample, Side};
-use crate::errors::Class;
+use crate::errors::{Class, Errors};
 use crate::image::Image;
 use crate::partner::Findings;
 
@@ -64,17 +64,18 @@ pub fn build(image: &Image, program: &mut Program) {
     let p = |number: u32| image.value(number);
     let level = |number: u32| p(number).saturating_mul(TENTH_HZ);
     let pole_pairs = p(2).max(1);
-    let sms = |negative: u32, positive: u32, request| Plan {
+    let sms = |negative: u32, positive: u32, request, bit| Plan {
         quantity: Quantity::Speed,
         approach: Approach { unmonitored: true, limit_ns: Some(0), ..Approach::default() },
         window: Range { lower: level(negative).saturating_neg(), upper: level(positive) },
         request: Some(request),
+        status: Some(bit),
         reaction: Reaction::Sto,
         ..Plan::default()
     };
     if p(56) != 0 {
-        program.add(sms(58, 57, THRESHOLD_1));
-        program.add(sms(60, 59, THRESHOLD_2));
+        program.add(sms(58, 57, THRESHOLD_1, status::SMS));
+        program.add(sms(60, 59, THRESHOLD_2, status::SMS_THRESHOLD_2));
     }
     let approach = Approach {
         delay_ns: (p(34).max(0) as u64).saturating_mul(MILLISECOND),
@@ -150,7 +151,7 @@ impl Atv {
     }
 
     /// Requests of this step.
-    pub fn requests(&mut self, outside: &Outside) -> Requests {
+    pub fn requests(&mut self, outside: &Outside, errors: &mut Errors) -> Requests {
         let mut requests = Requests::default();
         let word = outside.word.map_or(0, |word| word.0[0]);
         let bit = |number: u8| word.wrapping_shr(u32::from(number)) & 1 == 1;
@@ -184,18 +185,17 @@ impl Atv {
         requests.acknowledge = edge(&mut self.reset_armed, reset);
         // ATV-SMS-03, ATV-SMS-14: with one threshold the bit has no effect, and is no error.
         let unused_switch = switch & (self.sms_mode == 0);
-        let freewheel = self.freewheel(ss1, own);
         let faults = [
             (word & !KNOWN & 0xFFFF != 0, 0x152),
             (ss1 & !self.ss1_used, 0x156),
             (sls & !self.sls_used, 0x157),
             (unused_switch, 0x158),
+            (self.freewheel(ss1, own), 0x071),
         ];
-        for (place, (is, number)) in requests.faults.iter_mut().zip(faults) {
-            *place = is.then(|| (ErrorCode::single(number), Class::Cause));
-        }
-        if let Some(place) = requests.faults.iter_mut().find(|place| place.is_none()).filter(|_| freewheel) {
-            *place = Some((ErrorCode::single(0x071), Class::Cause));
+        for (is, number) in faults {
+            if is {
+                errors.raise(ErrorCode::single(number), Class::Cause);
+            }
         }
         requests
     }
@@ -254,14 +254,11 @@ impl Atv {
         // ATV-PSF-09: an error changes nothing about the stop that is active.
         set(status::RESTART_REQUIRED, state.sto & ended);
         if !state.sto {
-            let sms = |request: u8| {
-                let mut watches = state.watches.iter();
-                watches.any(|watch| (watch.plan.request == Some(request)) & watch.active())
-            };
-            let second = sms(THRESHOLD_2);
+            let shown = state.watches.shown();
+            let second = shown.bit(status::SMS_THRESHOLD_2);
             set(status::SS1, !state.stops.braking().is_empty());
             set(status::SLS, self.sls.engaged());
-            set(status::SMS, sms(THRESHOLD_1) | second);
+            set(status::SMS, shown.bit(status::SMS) | second);
             set(status::SMS_THRESHOLD_2, second);
         }
         Word::from_u32(word)

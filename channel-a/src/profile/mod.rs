@@ -21,8 +21,9 @@ use crate::encoder::twin::{Contradiction, Twin};
 use crate::encoder::{Fault as EncoderFault, NO_GEAR, Selection};
 use crate::engine::Sample;
 use crate::engine::stop::{self, Demand, Stops};
-use crate::engine::watch::{Plan, Violation, Watch};
-use crate::errors::Class;
+use crate::engine::watch::{Plan, Violation};
+use crate::engine::watches::Watches;
+use crate::errors::{Class, Errors};
 use crate::image::{Image, Refusal};
 use crate::outputs::{Gaps, LINES};
 use crate::partner::{Findings, Tolerance};
@@ -30,9 +31,6 @@ use crate::path::PathFault;
 
 pub use sem::Sem;
 pub use telegram::Telegram;
-
-/// Instances one axis can have.
-pub const WATCHES: usize = 48;
 
 /// What a step knows of the outside, already judged: stale is `None`.
 #[derive(Debug, Clone, Copy)]
@@ -70,15 +68,13 @@ pub struct Requests {
     pub acknowledge: bool,
     /// The next leaving of a stop needs a restart acknowledge.
     pub restart_once: bool,
-    /// Faults of the inputs.
-    pub faults: [Option<(ErrorCode, Class)>; 4],
 }
 
 /// What the status word is built from.
 #[derive(Debug, Clone, Copy)]
 pub struct State<'a> {
     /// Instances.
-    pub watches: &'a [Watch],
+    pub watches: &'a Watches,
     /// Stop functions.
     pub stops: &'a Stops,
     /// An error stands.
@@ -99,7 +95,7 @@ pub struct State<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a> {
     /// Instances.
-    pub watches: &'a [Watch],
+    pub watches: &'a Watches,
     /// Stop functions.
     pub stops: &'a Stops,
     /// Motion.
@@ -160,10 +156,8 @@ pub enum Fault {
 pub struct Program {
     /// Content signature of the image.
     pub signature: u32,
-    /// Instances in use come first.
-    pub watches: [Watch; WATCHES],
-    /// How many are in use.
-    pub used: usize,
+    /// Instances.
+    pub watches: Watches,
     /// Stop functions.
     pub stops: Stops,
     /// What the partner may differ by.
@@ -210,8 +204,7 @@ impl Program {
     pub fn refused() -> Self {
         Self {
             signature: 0,
-            watches: [Watch::default(); WATCHES],
-            used: 0,
+            watches: Watches::new(),
             stops: Stops::default(),
             tolerance: Tolerance::default(),
             profile: Profile::None,
@@ -244,12 +237,8 @@ impl Program {
 
     /// Adds one instance; one too many refuses the set.
     pub fn add(&mut self, plan: Plan) {
-        match self.watches.get_mut(self.used) {
-            Some(place) => {
-                *place = Watch::new(plan);
-                self.used = self.used.saturating_add(1);
-            }
-            None => self.excess = self.excess.or(Some(no_place(u32::from(plan.function)))),
+        if !self.watches.add(plan) {
+            self.excess.get_or_insert(no_place(u32::from(plan.function)));
         }
     }
 
@@ -276,16 +265,22 @@ pub const fn tolerance_ns(factor: i64) -> u64 {
 }
 
 impl Rules {
-    /// Requests of this step.
-    pub fn requests(&mut self, outside: &Outside, watches: &[Watch], stops: &Stops) -> Requests {
+    /// Requests of this step; what is wrong with the inputs is raised.
+    pub fn requests(
+        &mut self,
+        outside: &Outside,
+        watches: &Watches,
+        stops: &Stops,
+        errors: &mut Errors,
+    ) -> Requests {
         match self {
             Self::Refused => {
                 Requests { demand: Demand { sto: true, ..Demand::default() }, ..Requests::default() }
             }
-            Self::Amk(amk) => amk.requests(outside),
+            Self::Amk(amk) => amk.requests(outside, errors),
             Self::Etg(etg) => etg.requests(outside),
-            Self::Lenze(lenze) => lenze.requests(outside, watches, stops),
-            Self::Atv(atv) => atv.requests(outside),
+            Self::Lenze(lenze) => lenze.requests(outside, watches, stops, errors),
+            Self::Atv(atv) => atv.requests(outside, errors),
         }
     }
 

@@ -15,7 +15,7 @@ use super::watch::Part;
 use super::{Range, Sample, Side};
 
 /// Stop functions besides STO that one profile can have: eight SS1 and eight SS2.
-pub const STOPS: usize = Places::ALL;
+pub const STOPS: usize = 16;
 
 /// What a violation starts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -158,7 +158,8 @@ impl Stops {
         self.standing
     }
 
-    const fn running(&self) -> Places {
+    /// Those that brake or stand.
+    pub const fn running(&self) -> Places {
         self.braking.with(self.standing)
     }
 
@@ -196,6 +197,11 @@ impl Stops {
 
     /// Requests: what is left, what starts.
     pub fn command(&mut self, demand: Demand, sample: &Sample) {
+        let nothing = demand.stops.is_empty() & !demand.sto;
+        if nothing & self.is_idle() {
+            (self.held, self.failed) = (Places::NONE, Places::NONE);
+            return;
+        }
         self.held = self.held.with(self.standing).common(demand.stops);
         self.failed = self.failed.common(demand.stops);
         let was_sto = self.sto;

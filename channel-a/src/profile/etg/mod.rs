@@ -116,19 +116,8 @@ impl Etg {
         if state.sto {
             return word;
         }
-        let mut broken = false;
-        for watch in state.watches {
-            broken |= watch.violated();
-            if let Some(bit) = watch.plan.status.filter(|_| watch.active()) {
-                word = word.with(bit, true);
-            }
-        }
-        // A bit with two instances needs both.
-        let seen = if broken { state.watches } else { &[] };
-        for watch in seen.iter().filter(|watch| watch.violated()) {
-            if let Some(bit) = watch.plan.status {
-                word = word.with(bit, false);
-            }
+        for (part, shown) in word.0.iter_mut().zip(state.watches.shown().0) {
+            *part |= shown;
         }
         for place in state.stops.standing() {
             let bit = self.standing_status.get(usize::from(place)).copied().flatten();

@@ -3,7 +3,7 @@
 use super::super::{Program, Rules};
 use super::contacts::Contact;
 use super::pulse::Pulse;
-use super::{Cascade, Lenze, MILLISECOND, Mode, PAIRS, RPM, Role, SLI_REQUEST, SLS, SS1, SS2, code};
+use super::{Cascade, Lenze, MILLISECOND, Mode, PAIRS, Pair, RPM, Role, SLI_REQUEST, SLS, SS1, SS2, code};
 use crate::encoder::Selection;
 use crate::encoder::twin::{Compared, Twin};
 use crate::engine::Range;
@@ -14,7 +14,7 @@ use crate::image::Image;
 use crate::inputs::filter_samples;
 use crate::outputs::Gaps;
 use shm_schema::encoder::SlotKind;
-use shm_schema::facts::lenze_sm301::control;
+use shm_schema::facts::lenze_sm301::{control, status};
 
 /// Fixed filter for test pulses, µs (LNZ-IN-11).
 const TEST_PULSE_US: u64 = 2_000;
@@ -45,6 +45,16 @@ const fn direction(value: i64) -> u32 {
     }
 }
 
+/// The status bit that says "monitored".
+const fn monitored_bit(request: Option<u8>) -> Option<u8> {
+    match request {
+        Some(bit @ control::SLS1..=control::SLS4) => Some(status::SLS1_MONITORED + (bit - control::SLS1)),
+        Some(control::SDIPOS) => Some(status::SDIPOS_MONITORED),
+        Some(control::SDINEG) => Some(status::SDINEG_MONITORED),
+        _ => None,
+    }
+}
+
 /// Builds the axis.
 pub fn build(image: &Image, program: &mut Program) {
     program.take_common(image);
@@ -62,7 +72,7 @@ pub fn build(image: &Image, program: &mut Program) {
         window,
         function,
         request,
-        status: None,
+        status: monitored_bit(request),
         reaction: error,
     };
     let top = Range::symmetric(rpm(15_320));
@@ -191,20 +201,24 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
     if cascading {
         roles[3] = Role::Cascade;
     }
+    let with_sls = each(15_333).map(direction);
+    let directed = SLS.into_iter().zip(with_sls).filter(|(_, direction)| *direction != 0);
+    let directed_sls = directed.fold(0, |all, (bit, _)| all | 1_u32.wrapping_shl(u32::from(bit)));
     let contact = |(discrepancy, delay): (i64, i64)| {
         let filter_us = TEST_PULSE_US.saturating_add((delay.max(0) as u64).saturating_mul(1_000));
         Contact::new(filter_samples(filter_us), (discrepancy.max(0) as u64).saturating_mul(MILLISECOND))
     };
-    let mut contacts = [Contact::default(); PAIRS];
-    for (place, row) in contacts.iter_mut().zip(each(15_033).into_iter().zip(each(15_034))) {
-        *place = contact(row);
+    let mut pairs = roles.map(|role| Pair { role, contact: Contact::default() });
+    for (pair, row) in pairs.iter_mut().zip(each(15_033).into_iter().zip(each(15_034))) {
+        pair.contact = contact(row);
     }
     let filter = c(15_113) as u32;
     Lenze {
         filter,
         bus: c(15_100) != 0,
-        roles,
-        contacts,
+        pairs,
+        selector: roles.iter().position(|role| *role == Role::Mode),
+        enable: roles.iter().position(|role| *role == Role::Enable),
         samples: None,
         initialised: false,
         mode: Mode::Normal,
@@ -212,7 +226,8 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         special_stop: c(15_200),
         motion: if (3..=6).contains(&c(15_201)) { 1_u32.wrapping_shl(c(15_201) as u32) } else { 0 },
         permanent: direction(c(15_340)),
-        with_sls: each(15_333).map(direction),
+        with_sls,
+        directed_sls,
         limited_increment: c(15_203) > 0,
         emergency_ss1: c(15_205) == 1,
         emergency: false,

@@ -1,7 +1,7 @@
 //! Two-channel contacts with a discrepancy time (LNZ-IN-14 to LNZ-IN-18). Channel A acts
 //! on line .1 (DEC-36) and watches line .2 for the discrepancy.
 
-use crate::inputs::Line;
+use crate::inputs::{Line, Newest};
 
 /// Both lines of a pair.
 #[derive(Debug, Clone, Copy, Default)]
@@ -13,6 +13,8 @@ pub struct Contact {
     /// A discrepancy was not acknowledged since: the valuation stays OFF, while the lines are
     /// watched as ever.
     latched: bool,
+    /// Neither line nor time can change anything but by another level.
+    rests: bool,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -43,7 +45,7 @@ impl Contact {
         self.own.settle(own);
         self.other.settle(other);
         self.state = if own & other { State::On } else { State::Off };
-        self.latched = false;
+        self.rests = false;
     }
 
     /// Debounced level of the own line.
@@ -67,9 +69,13 @@ impl Contact {
     }
 
     /// New samples; `true` while a discrepancy error stands.
-    pub fn take(&mut self, patterns: (u64, u64), new: u64, now_ns: u64) -> bool {
-        self.own.take(patterns.0, new);
-        self.other.take(patterns.1, new);
+    pub fn take(&mut self, patterns: (u64, u64), newest: Newest, now_ns: u64) -> bool {
+        let quiet = self.own.rests(patterns.0, newest) & self.other.rests(patterns.1, newest);
+        if quiet & self.rests {
+            return false;
+        }
+        self.own.take(patterns.0, newest);
+        self.other.take(patterns.1, newest);
         let (own, other) = (self.own.level(), self.other.level());
         let late = |since: u64| now_ns.saturating_sub(since) > self.limit_ns;
         self.state = match self.state {
@@ -90,6 +96,7 @@ impl Contact {
         };
         let faulty = matches!(self.state, State::Faulty(_));
         self.latched |= faulty;
+        self.rests = matches!(self.state, State::On | State::Off);
         faulty
     }
 
@@ -109,7 +116,7 @@ mod tests {
         let pattern = |high: bool| if high { u64::MAX } else { 0 };
         let mut faulty = false;
         for k in from_ms..=to_ms {
-            faulty = contact.take((pattern(own), pattern(other)), 16, k * MS);
+            faulty = contact.take((pattern(own), pattern(other)), Newest::new(16), k * MS);
         }
         faulty
     }

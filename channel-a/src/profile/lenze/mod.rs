@@ -11,9 +11,11 @@ use super::{Outside, Requests, Response, Scene, State, edge};
 use crate::engine::places::Places;
 use crate::engine::stop::{Demand, Reaction, Stops};
 use crate::engine::watch::{Quantity, Watch};
+use crate::engine::watches::Watches;
 use crate::engine::{Range, Sample};
-use crate::errors::Class;
+use crate::errors::{Class, Errors};
 use crate::image::Image;
+use crate::inputs::Newest;
 use contacts::Contact;
 use pulse::Pulse;
 use shm_schema::drive::DriveRequest;
@@ -42,6 +44,8 @@ const NEEDS_ENCODER: u32 = 0x0000_01FC;
 const SLI_REQUEST: u8 = 10;
 const SLS: [u8; 4] = [control::SLS1, control::SLS2, control::SLS3, control::SLS4];
 const STILL_FAST: u32 = 102;
+/// LNZ-SPD-10
+const NO_ENCODER: u32 = 107;
 /// LNZ-CAS-13
 const CASCADE_LATE: u32 = 108;
 const CASCADE_HARDWARE: u32 = 109;
@@ -55,6 +59,13 @@ enum Role {
     Mode,
     Enable,
     Cascade,
+}
+
+/// A safe input: what it is for, and its two lines.
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    role: Role,
+    contact: Contact,
 }
 
 /// Operation mode (LNZ-OMS-04 to LNZ-OMS-07).
@@ -80,8 +91,10 @@ enum Cascade {
 pub struct Lenze {
     filter: u32,
     bus: bool,
-    roles: [Role; PAIRS],
-    contacts: [Contact; PAIRS],
+    pairs: [Pair; PAIRS],
+    /// The pairs of the operation mode selector and of the enable switch.
+    selector: Option<usize>,
+    enable: Option<usize>,
     samples: Option<u64>,
     initialised: bool,
     mode: Mode,
@@ -90,6 +103,8 @@ pub struct Lenze {
     motion: u32,
     permanent: u32,
     with_sls: [u32; 4],
+    /// Requests of the SLS with a direction (C15333).
+    directed_sls: u32,
     limited_increment: bool,
     emergency_ss1: bool,
     emergency: bool,
@@ -119,7 +134,13 @@ fn code(image: &Image, number: u32, subcode: u32) -> i64 {
 
 impl Lenze {
     /// Requests of this step.
-    pub fn requests(&mut self, outside: &Outside, watches: &[Watch], stops: &Stops) -> Requests {
+    pub fn requests(
+        &mut self,
+        outside: &Outside,
+        watches: &Watches,
+        stops: &Stops,
+        errors: &mut Errors,
+    ) -> Requests {
         let mut requests = Requests::default();
         // LNZ-EX-14: an inhibited bit is inactive.
         let word = outside.word.map(|word| word.0[0]);
@@ -131,14 +152,14 @@ impl Lenze {
         let enable_bus = bit(control::ES);
         let acknowledged =
             self.acknowledgements(outside, bit(control::PS_AIS), bit(control::PS_AIE), &mut requests);
-        self.inputs(outside, acknowledged, &mut requests);
+        requests.inputs |= self.inputs(outside, acknowledged, errors);
         asked |= self.asked_by_inputs();
         // What bus or inputs ask for; what a parameter, another function or special operation adds
         // or holds back is no request.
         requests.requested = Word::from_u32(asked);
         self.output_off = passed & (1 << control::SD_OUT1) == 0;
         let asked = self.operate(asked, mode_bus, enable_bus, watches, &mut requests);
-        self.demand(asked, outside, stops, &mut requests);
+        self.demand(asked, outside, stops, &mut requests, errors);
         requests
     }
 
@@ -164,51 +185,63 @@ impl Lenze {
         requests.acknowledge
     }
 
-    fn inputs(&mut self, outside: &Outside, acknowledged: bool, requests: &mut Requests) {
+    /// The valuations.
+    fn inputs(&mut self, outside: &Outside, acknowledged: bool, errors: &mut Errors) -> u32 {
         let Some(io) = outside.io else {
             self.samples = None;
-            self.contacts.iter_mut().for_each(|contact| contact.settle(false, false));
-            return;
+            self.pairs.iter_mut().for_each(|pair| pair.contact.settle(false, false));
+            return 0;
         };
         let new = self.samples.map_or(0, |before| io.samples.wrapping_sub(before));
         self.samples = Some(io.samples);
         let lines = io.line_1.iter().zip(&io.line_2);
-        let rows = self.contacts.iter_mut().zip(&self.roles).zip(lines).zip(&mut requests.faults);
-        for (pair, (((contact, role), (own, other)), place)) in (0_u32..).zip(rows) {
+        let newest = Newest::new(new);
+        let mut valued = 0;
+        for (pair, (Pair { role, contact }, (own, other))) in (0_u32..).zip(self.pairs.iter_mut().zip(lines))
+        {
+            let deactivated = matches!(role, Role::Deactivated);
+            if self.initialised & deactivated {
+                continue;
+            }
             if outside.settle {
                 contact.settle(own & 1 == 1, other & 1 == 1);
             }
             if acknowledged {
                 contact.acknowledge();
             }
-            let faulty = contact.take((*own, *other), new, outside.now_ns);
-            if *role == Role::Deactivated {
+            let faulty = contact.take((*own, *other), newest, outside.now_ns);
+            if deactivated {
                 // LNZ-IN-03: only during initialisation.
-                let live = contact.has_signal() & !self.initialised & !outside.settle;
-                *place = live.then(|| (ErrorCode::single(57 + pair), Class::Cause));
+                let live = contact.has_signal() & !outside.settle;
+                if live {
+                    errors.raise(ErrorCode::single(57 + pair), Class::Cause);
+                }
                 continue;
             }
-            requests.inputs |= u32::from(contact.is_on()).wrapping_shl(pair);
+            valued |= u32::from(contact.is_on()).wrapping_shl(pair);
+            if !faulty {
+                continue;
+            }
             // LNZ-CAS-13: at the cascade input the discrepancy is an STO of its own.
-            let found = match role {
-                Role::Cascade => (ErrorCode::single(CASCADE_HARDWARE), Class::Cause),
-                _ => (ErrorCode::single(49 + pair), Class::Flaw),
+            let (number, class) = match role {
+                Role::Cascade => (CASCADE_HARDWARE, Class::Cause),
+                _ => (49 + pair, Class::Flaw),
             };
-            *place = faulty.then_some(found);
+            errors.raise(ErrorCode::single(number), class);
         }
         self.initialised |= outside.operational | outside.settle;
+        valued
     }
 
     fn asked_by_inputs(&self) -> u32 {
-        let rows = self.roles.iter().zip(&self.contacts);
-        rows.fold(0, |asked, (role, contact)| match role {
-            Role::Request(bits) if !contact.is_on() => asked | bits,
+        self.pairs.iter().fold(0, |asked, pair| match pair.role {
+            Role::Request(bits) if !pair.contact.is_on() => asked | bits,
             _ => asked,
         })
     }
 
-    fn input(&self, wanted: Role) -> Option<&Contact> {
-        self.roles.iter().zip(&self.contacts).find(|(role, _)| **role == wanted).map(|(_, contact)| contact)
+    fn contact(&self, input: Option<usize>) -> Option<&Contact> {
+        input.and_then(|pair| self.pairs.get(pair)).map(|pair| &pair.contact)
     }
 
     /// Mode and enable switch; what is asked for in the mode (LNZ-OMS, LNZ-ES).
@@ -217,16 +250,16 @@ impl Lenze {
         asked: u32,
         mode_bus: bool,
         enable_bus: Option<bool>,
-        watches: &[Watch],
+        watches: &Watches,
         requests: &mut Requests,
     ) -> u32 {
-        let special = match self.input(Role::Mode) {
+        let special = match self.contact(self.selector) {
             // LNZ-OMS-16: a faulty selector means normal operation.
             Some(contact) if self.special_when_low => !contact.is_on() & !contact.level(),
             Some(contact) => contact.is_on(),
             None => mode_bus,
         };
-        let enable = match self.input(Role::Enable) {
+        let enable = match self.contact(self.enable) {
             Some(contact) => Some(contact.is_on()),
             None => enable_bus,
         };
@@ -238,7 +271,7 @@ impl Lenze {
                 watch.plan.request.is_some_and(|bit| self.motion == 1_u32.wrapping_shl(u32::from(bit)));
             wanted & is_monitored(watch, self.speed)
         };
-        let kept = (self.motion == 0) | watches.iter().any(limited);
+        let kept = self.motion == 0 || watches.iter().any(limited);
         let left = matches!(self.mode, Mode::Special(false)) & !special;
         self.mode = match self.mode {
             Mode::Normal if special => Mode::Special(false),
@@ -257,11 +290,21 @@ impl Lenze {
         } else {
             asked |= self.permanent;
         }
+        if self.directed_sls & asked == 0 {
+            return asked;
+        }
         let sls = SLS.into_iter().zip(self.with_sls).filter(|(bit, _)| asked & (1 << (bit & 31)) != 0);
         sls.fold(asked, |all, (_, direction)| all | direction)
     }
 
-    fn demand(&mut self, asked: u32, outside: &Outside, stops: &Stops, requests: &mut Requests) {
+    fn demand(
+        &mut self,
+        asked: u32,
+        outside: &Outside,
+        stops: &Stops,
+        requests: &mut Requests,
+        errors: &mut Errors,
+    ) {
         let bit = |number: u8| asked.wrapping_shr(u32::from(number)) & 1 == 1;
         let emergency = bit(control::SSE);
         let idle = stops.is_idle();
@@ -270,7 +313,7 @@ impl Lenze {
         let waiting = self.mode == Mode::Special(false);
         let special_stop = self.special_stop;
         let special = |stop: i64| waiting & (special_stop == stop);
-        let cascade = self.cascade_demand(outside, stops, requests);
+        let cascade = self.cascade_demand(outside, stops, requests.demand.restart, errors);
         requests.demand = Demand {
             sto: bit(control::STO) | special(0) | (emergency & !self.emergency_ss1) | cascade.0,
             stops: Places::when(bit(control::SS1) | special(1) | (emergency & self.emergency_ss1), SS1)
@@ -288,17 +331,22 @@ impl Lenze {
             requests.watches |= 1 << SLI_REQUEST;
         }
         let unseen = self.encoderless & (asked & NEEDS_ENCODER != 0);
-        if let Some(place) = requests.faults.last_mut().filter(|place| unseen & place.is_none()) {
-            *place = Some((ErrorCode::single(107), Class::Cause));
+        if unseen {
+            errors.raise(ErrorCode::single(NO_ENCODER), Class::Cause);
         }
     }
 
     /// Whether the cascade asks for STO, and whether a restart takes place: with a cascade when
     /// it has come round, not with the edge (LNZ-CAS-06).
-    fn cascade_demand(&mut self, outside: &Outside, stops: &Stops, requests: &mut Requests) -> (bool, bool) {
-        let restart = requests.demand.restart;
+    fn cascade_demand(
+        &mut self,
+        outside: &Outside,
+        stops: &Stops,
+        restart: bool,
+        errors: &mut Errors,
+    ) -> (bool, bool) {
         let Some(cascade) = self.cascade else { return (false, restart) };
-        let on = self.contacts[3].is_on();
+        let on = self.pairs[3].contact.is_on();
         let now_ns = outside.now_ns;
         let next = match cascade {
             Cascade::Closed if stops.is_sto() | !on => Cascade::Tripped(!on),
@@ -316,8 +364,8 @@ impl Lenze {
         };
         let restarting = matches!(cascade, Cascade::Restarting(_));
         let late = restarting & matches!(next, Cascade::Tripped(_));
-        if let Some(place) = requests.faults.iter_mut().find(|place| place.is_none()).filter(|_| late) {
-            *place = Some((ErrorCode::single(CASCADE_LATE), Class::Limit));
+        if late {
+            errors.raise(ErrorCode::single(CASCADE_LATE), Class::Limit);
         }
         let released = restarting & (next == Cascade::Closed);
         self.cascade = Some(next);
@@ -336,7 +384,7 @@ impl Lenze {
                 since_ns.is_some_and(|since| sample.now_ns.saturating_sub(since) >= self.response_ns);
             fast & elapsed
         };
-        if monitored && watches.iter().any(is_late) {
+        if monitored && watches.violated().any(is_late) {
             let error = Some((ErrorCode::single(STILL_FAST), Class::Limit));
             return Response { error, reaction: Reaction::Sto };
         }
@@ -378,17 +426,11 @@ impl Lenze {
         if state.sto {
             return Word::from_u32(word);
         }
-        for watch in state.watches {
-            let Some(request) = watch.plan.request else { continue };
-            let monitored = match request {
-                control::SLS1..=control::SLS4 => Some(status::SLS1_MONITORED + (request - control::SLS1)),
-                control::SDIPOS => Some(status::SDIPOS_MONITORED),
-                control::SDINEG => Some(status::SDINEG_MONITORED),
-                _ => None,
-            };
-            set(request, watch.engaged());
-            if let Some(bit) = monitored {
-                set(bit, is_monitored(watch, state.sample.speed));
+        word |= state.watches.engaged() as u32 | state.watches.shown().0[0];
+        for watch in state.watches.restless() {
+            let early = is_monitored(watch, state.sample.speed);
+            if let Some(bit) = watch.plan.status.filter(|_| early) {
+                word |= 1_u32.wrapping_shl(u32::from(bit));
             }
         }
         Word::from_u32(word)
