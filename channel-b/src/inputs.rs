@@ -88,6 +88,12 @@ impl Line {
 
     /// The common case in closed form: nothing changed since the last cycle.
     fn take_equal(&mut self, count: u32) {
+        let is_settled = (self.raw == self.glitch) & (self.glitch == self.level);
+        if is_settled & !self.setup.is_pulsed {
+            self.raw_run = self.raw_run.saturating_add(count);
+            self.glitch_run = self.glitch_run.saturating_add(count);
+            return;
+        }
         let fills = GLITCH_SAMPLES.saturating_sub(self.raw_run);
         if (fills > 0) & (self.raw != self.glitch) {
             for _ in 0..count.min(64) {

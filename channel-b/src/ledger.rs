@@ -183,6 +183,11 @@ impl Ledger {
         list
     }
 
+    /// Whether `found` is said of something that stands.
+    pub fn any(&self, found: impl Fn(&Entry) -> bool) -> bool {
+        !self.is_empty && self.iter().any(found)
+    }
+
     /// What stands.
     pub fn iter(&self) -> impl Iterator<Item = &Entry> {
         self.entries.iter().flatten().map(|standing| &standing.entry)

@@ -214,8 +214,8 @@ impl Monitor {
         let report = self.compare(inputs, &cells, &requested, now_ns);
         self.restart_pending = self.awaits_restart(&requested, &cells);
         let mut outputs = self.drive(report, &cells);
-        outputs.answer = self.answer.take();
         if self.bus.is_used() {
+            outputs.answer = self.answer.take();
             self.history.note_own(&outputs.report);
         }
         self.is_first = false;
@@ -266,6 +266,9 @@ impl Monitor {
     fn awaits_restart(&self, requested: &Word, cells: &senses::Cells) -> bool {
         let is_acknowledged = self.sto_needs_restart() | (self.sos_needs_restart() != 0);
         if !is_acknowledged {
+            return false;
+        }
+        if self.plan.stops.is_idle() {
             return false;
         }
         let demand = self.demand(requested, cells, true);
@@ -355,7 +358,7 @@ impl Monitor {
         let set = |word: Word, bit: u8, value: bool| {
             if (bit != NO_BIT) & value { word.with(bit, true) } else { word }
         };
-        let mut word = self.plan.bank.show(Word::ZERO, &cells.motion);
+        let mut word = self.plan.bank.shown();
         word = set(word, bits.sto_active, self.plan.stops.in_sto());
         word = set(word, bits.error, self.ledger.has_error());
         let phase = self.startup.phase();

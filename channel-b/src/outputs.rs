@@ -31,6 +31,9 @@ pub struct LineSetup {
 }
 
 impl LineSetup {
+    /// Without pulses, and nothing has to follow.
+    pub const UNUSED: Self = Self { pulse: 0, period: 0, phase: 0, is_low_side: false, is_watched: false };
+
     /// A line with pulses of `pulse_us` every `period_ms`.
     pub const fn pulsed(pulse_us: u32, period_ms: u32) -> Self {
         Self {
@@ -65,6 +68,9 @@ impl Line {
     /// The samples of the next cycle.
     fn drive(&mut self, level: bool, samples: u32) -> u64 {
         let whole = ones(samples);
+        if self.setup == LineSetup::UNUSED {
+            return if level { whole } else { 0 };
+        }
         let is_pulsed = self.setup.pulse > 0;
         let gap = if is_pulsed { self.advance(samples) } else { 0 } & whole;
         let energised = if level { whole & !gap } else { 0 };

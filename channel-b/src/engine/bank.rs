@@ -14,16 +14,59 @@ pub const MONITORS_MAX: usize = 96;
 pub struct Bank {
     slots: [Slot; MONITORS_MAX],
     count: usize,
+    /// Status bits of the functions that stand in their window, and of those that are active, as
+    /// the last step has found them.
+    shown: Word,
+    active: Word,
+}
+
+/// A bit of a word, found once: its part and its mask there.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    part: u8,
+    mask: u32,
+}
+
+impl Place {
+    /// [`NO_BIT`] is an empty mask: nothing is entered, and nothing is missing.
+    const fn of(bit: u8) -> Self {
+        let mask = if bit == NO_BIT { 0 } else { 1 << (bit & 31) };
+        Self { part: bit >> 5, mask }
+    }
+
+    #[inline]
+    fn is_set(self, word: &Word) -> bool {
+        let part = word.0.get(usize::from(self.part & 7)).copied().unwrap_or(0);
+        part & self.mask == self.mask
+    }
+
+    #[inline]
+    fn enter(self, word: &mut Word) {
+        if let Some(part) = word.0.get_mut(usize::from(self.part & 7)) {
+            *part |= self.mask;
+        }
+    }
+}
+
+/// What one function answers in one cycle.
+struct Seen {
+    breach: Option<(Breach, Phase)>,
+    is_active: bool,
+    is_shown: bool,
+}
+
+impl Seen {
+    const OFF: Self = Self { breach: None, is_active: false, is_shown: false };
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Slot {
     spec: Spec,
+    control: Place,
+    status: Place,
     state: State,
     /// Once landed, the window is all there is to judge.
     is_plain: bool,
-    /// Violated in this cycle, without a reaction (ETG-ERR-02).
-    is_violated: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -38,9 +81,10 @@ impl Bank {
     /// No function.
     pub const fn new() -> Self {
         Self {
-            slots: [Slot { spec: Spec::IDLE, state: State::Idle, is_plain: false, is_violated: false };
-                MONITORS_MAX],
+            slots: [Slot::of(Spec::IDLE, false); MONITORS_MAX],
             count: 0,
+            shown: Word::ZERO,
+            active: Word::ZERO,
         }
     }
 
@@ -49,7 +93,7 @@ impl Bank {
         let Some(slot) = self.slots.get_mut(self.count) else {
             return false;
         };
-        *slot = Slot { spec, state: State::Idle, is_plain: is_plain(&spec), is_violated: false };
+        *slot = Slot::of(spec, is_plain(&spec));
         self.count = self.count.saturating_add(1);
         true
     }
@@ -70,11 +114,29 @@ impl Bank {
         motion: &Motion,
         found: &mut dyn FnMut(u8, &Spec, Breach, Phase),
     ) {
+        let (mut shown, mut active) = (Word::ZERO, Word::ZERO);
         for (place, slot) in (0..).zip(self.slots.iter_mut().take(self.count)) {
-            if let Some((breach, phase)) = slot.step(requested, in_sto, now, motion) {
+            // The usual case of every cycle: nothing has changed since the window was reached.
+            if slot.keeps(requested, in_sto, motion) {
+                slot.status.enter(&mut shown);
+                continue;
+            }
+            let seen = slot.step(requested, in_sto, now, motion);
+            if seen.is_active {
+                slot.status.enter(&mut active);
+            }
+            if seen.is_shown {
+                slot.status.enter(&mut shown);
+            }
+            if let Some((breach, phase)) = seen.breach {
                 found(place, &slot.spec, breach, phase);
             }
         }
+        // What stands in its window is active.
+        for (part, shown) in active.0.iter_mut().zip(shown.0) {
+            *part |= shown;
+        }
+        (self.shown, self.active) = (shown, active);
     }
 
     /// The error of the function in `place` was acknowledged: it may start again (DEC-17).
@@ -91,25 +153,19 @@ impl Bank {
         self.slots.get(usize::from(place)).is_some_and(|slot| slot.is_off(requested, now, motion))
     }
 
-    /// Enters the status bit of every function that stands in its window.
-    pub fn show(&self, status: Word, motion: &Motion) -> Word {
-        let mut word = status;
-        for slot in self.slots.iter().take(self.count) {
-            slot.show(&mut word, motion);
-        }
-        word
+    /// Status bits of the functions that stand in their window.
+    pub const fn shown(&self) -> Word {
+        self.shown
     }
 
     /// Whether the function with status bit `bit` is requested and was not violated.
     pub fn is_active(&self, bit: u8) -> bool {
-        let mut slots = self.slots.iter().take(self.count);
-        slots.any(|slot| (slot.spec.status == bit) && matches!(slot.state, State::Active(_)))
+        self.active.bit(bit)
     }
 
     /// Whether the function with status bit `bit` stands in its window.
     pub fn stands(&self, bit: u8) -> bool {
-        let mut slots = self.slots.iter().take(self.count);
-        slots.any(|slot| (slot.spec.status == bit) & slot.stands())
+        self.shown.bit(bit)
     }
 }
 
@@ -120,77 +176,63 @@ impl Default for Bank {
 }
 
 impl Slot {
+    const fn of(spec: Spec, is_plain: bool) -> Self {
+        let (control, status) = (Place::of(spec.control), Place::of(spec.status));
+        Self { spec, control, status, state: State::Idle, is_plain }
+    }
+
+    /// It is requested and keeps the window it has reached before.
     #[inline]
-    fn step(&mut self, requested: &Word, in_sto: bool, now: u64, motion: &Motion) -> Option<(Breach, Phase)> {
-        if matches!(self.state, State::Tripped) {
-            return None;
+    fn keeps(&self, requested: &Word, in_sto: bool, motion: &Motion) -> bool {
+        let may_keep = self.is_plain & !in_sto & self.control.is_set(requested);
+        match &self.state {
+            State::Active(record) if may_keep => record.keeps(&self.spec.window, motion),
+            _ => false,
         }
-        let is_requested = (self.spec.control == NO_BIT) || requested.bit(self.spec.control);
+    }
+
+    fn step(&mut self, requested: &Word, in_sto: bool, now: u64, motion: &Motion) -> Seen {
         let is_suspended = in_sto & !self.spec.in_sto;
-        let is_off = !is_requested | is_suspended;
-        if is_off {
-            self.state = State::Idle;
-            self.is_violated = false;
-            return None;
+        let is_off = is_suspended | !self.control.is_set(requested);
+        match &self.state {
+            State::Tripped => return Seen::OFF,
+            _ if is_off => {
+                self.state = State::Idle;
+                return Seen::OFF;
+            }
+            State::Active(_) => {}
+            State::Idle => self.state = State::Active(Record::begin(now, motion)),
+        }
+        if self.spec.bit_only {
+            return Seen { breach: None, is_active: true, is_shown: is_inside(&self.spec, motion) };
         }
         self.judge(now, motion)
     }
 
     fn is_off(&self, requested: &Word, now: u64, motion: &Motion) -> bool {
         let State::Active(record) = &self.state else { return false };
-        let is_requested = (self.spec.control == NO_BIT) || requested.bit(self.spec.control);
-        is_requested && record.judge(&self.spec, now, motion).breach.is_some()
+        self.control.is_set(requested) && record.judge(&self.spec, now, motion).breach.is_some()
     }
 
-    #[inline]
-    fn judge(&mut self, now: u64, motion: &Motion) -> Option<(Breach, Phase)> {
-        if let State::Idle = self.state {
-            self.state = State::Active(Record::begin(now, motion));
-        }
+    fn judge(&mut self, now: u64, motion: &Motion) -> Seen {
         let State::Active(record) = &mut self.state else {
-            return None;
+            return Seen::OFF;
         };
-        // The usual case of every cycle: nothing has changed since the window was reached.
-        let is_kept = self.is_plain && record.keeps(&self.spec.window, motion);
-        if is_kept {
-            self.is_violated = false;
-            return None;
-        }
-        if self.spec.bit_only {
-            return None;
-        }
         let verdict = record.judge(&self.spec, now, motion);
-        self.is_violated = verdict.breach.is_some();
-        let goes_on = !self.is_violated | is_unanswered(&self.spec, verdict.breach);
-        if goes_on {
-            record.note(&self.spec, &verdict, now, motion);
-        } else {
+        let is_violated = verdict.breach.is_some();
+        let breach = verdict.breach.map(|breach| (breach, verdict.phase));
+        let goes_on = !is_violated | is_unanswered(&self.spec, verdict.breach);
+        if !goes_on {
             self.state = State::Tripped;
+            return Seen { breach, ..Seen::OFF };
         }
-        verdict.breach.map(|breach| (breach, verdict.phase))
-    }
-
-    fn stands(&self) -> bool {
-        match &self.state {
-            State::Active(record) => record.has_landed() & !self.is_violated,
-            State::Idle | State::Tripped => false,
-        }
-    }
-
-    #[inline]
-    fn show(&self, word: &mut Word, motion: &Motion) {
-        let bit = self.spec.status;
-        let is_shown = if self.spec.bit_only | self.spec.shows_inside {
-            matches!(self.state, State::Active(_)) && is_inside(&self.spec, motion)
+        record.note(&self.spec, &verdict, now, motion);
+        let is_shown = if self.spec.shows_inside {
+            is_inside(&self.spec, motion)
         } else {
-            self.stands()
+            record.has_landed() & !is_violated
         };
-        if !is_shown {
-            return;
-        }
-        if let Some(part) = word.0.get_mut(usize::from(bit >> 5)).filter(|_| bit != NO_BIT) {
-            *part |= 1 << (bit & 31);
-        }
+        Seen { breach, is_active: true, is_shown }
     }
 }
 

@@ -82,12 +82,15 @@ impl Record {
     /// is found whole, or the full judgement follows.
     #[inline]
     pub fn keeps(&self, window: &Range, motion: &Motion) -> bool {
-        let reference = match window.quantity {
-            Quantity::Travel => self.position.get(),
-            _ => Some(0),
+        let value = match window.quantity {
+            Quantity::Speed => Some(motion.speed),
+            Quantity::Travel => self.position.get().map(|from| motion.position.saturating_sub(from)),
+            Quantity::Position => Some(motion.position),
+            Quantity::Acceleration => Some(motion.acceleration),
+            Quantity::Torque => Some(motion.torque),
         };
-        let has_landed = self.landed.is(false);
-        has_landed && reference.is_some_and(|reference| breach_of(window, motion, reference).is_none())
+        let is_inside = value.is_some_and(|value| (window.lower..=window.upper).contains(&value));
+        is_inside & (self.landed == Twin::flag(true))
     }
 
     /// Reference position, increments.

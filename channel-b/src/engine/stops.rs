@@ -147,6 +147,11 @@ impl Stops {
         self.running.get().map_or(0, |running| running as u16)
     }
 
+    /// Nothing brakes or stands, and torque is on.
+    pub fn is_idle(&self) -> bool {
+        (self.on() == 0) & !self.in_sto()
+    }
+
     fn set_running(&mut self, running: u16) {
         self.running = Twin::new(i64::from(running));
     }
@@ -293,6 +298,11 @@ impl Stops {
 
     /// Starts what the errors of the same cycle ask for besides.
     pub fn join(&mut self, demand: &Demand, now: u64, motion: &Motion, found: &mut Found<'_>) {
+        let is_asked = demand.stops() & !self.on() != 0;
+        let is_idle = !(demand.sto | self.in_sto() | is_asked);
+        if is_idle {
+            return;
+        }
         let begun = self.begin(demand, now, motion);
         if begun != 0 {
             self.judge(begun, demand, now, motion, found);

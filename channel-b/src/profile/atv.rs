@@ -440,7 +440,7 @@ impl Logic {
 
     /// The fifth ramp violation of SS1 is for good (ATV-SS1-09).
     pub fn watch(&mut self, ledger: &mut Ledger) {
-        let is_violated = ledger.iter().any(|entry| entry.code.code == sme::SS1_RAMP);
+        let is_violated = ledger.any(|entry| entry.code.code == sme::SS1_RAMP);
         if is_violated & !self.was_violated {
             self.violations = self.violations.saturating_add(1);
         }

@@ -499,7 +499,7 @@ impl Logic {
             // LNZ-CAS-13: the cascade has a message and a reaction of its own.
             let code = ErrorCode::single(if is_cascade { message::CASCADE } else { own });
             let reaction = if is_cascade { Reaction::Sto } else { Reaction::None };
-            pair.is_faulty = is_faulty | ledger.iter().any(|entry| entry.code == code);
+            pair.is_faulty = is_faulty | ledger.any(|entry| entry.code == code);
             let is_on = pair.agreed & pair.differs_since.is_none() & !pair.is_faulty;
             self.levels_on |= u32::from(is_on) << at;
             if is_faulty {
@@ -515,13 +515,14 @@ impl Logic {
             let reaction = if self.is_cascaded { Reaction::Sto } else { Reaction::None };
             ledger.raise(Entry { reaction, ..Entry::sto(code, Cause::Live) });
         }
-        self.is_output_faulty = ledger.iter().any(|entry| entry.code == code);
+        self.is_output_faulty = ledger.any(|entry| entry.code == code);
     }
 
     /// A violated limit must be kept when C15350 is over and from then on, otherwise STO
     /// (LNZ-SMS-06, LNZ-EX-27). DEC-14: not in STO.
     pub fn watch(&mut self, asked: &Asked<'_>, in_sto: bool, ledger: &mut Ledger) {
-        if in_sto {
+        let is_unanswered = in_sto | !ledger.has_error();
+        if is_unanswered {
             self.responses = [None; 5];
             return;
         }
@@ -529,7 +530,7 @@ impl Logic {
         let mut is_late = false;
         for ((at, response), limit) in (0_u32..).zip(&mut self.responses).zip(self.limits) {
             let number = if at == 4 { message::SMS } else { message::SLS.saturating_add(at) };
-            let stands = ledger.iter().any(|entry| {
+            let stands = ledger.any(|entry| {
                 let is_stop = matches!(entry.reaction, Reaction::Stop(_));
                 is_stop & (entry.code.code == number)
             });
