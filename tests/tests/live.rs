@@ -17,6 +17,8 @@ mod ctl;
 mod deaths;
 #[path = "live/ending.rs"]
 mod ending;
+#[path = "live/gateway.rs"]
+mod gateway;
 #[path = "live/guards.rs"]
 mod guards;
 #[path = "live/host.rs"]
