@@ -68,11 +68,17 @@ struct Timed {
 pub struct Comparison {
     kept: [Option<Report>; KEPT],
     place: usize,
+    timers: Timers,
+    compared: Option<u64>,
+    last: Differences,
+}
+
+/// A timer for each item that differs (DEC-21).
+#[derive(Debug, Clone, Copy)]
+struct Timers {
     timed: [Option<Timed>; TIMED],
     /// First exchange with more differences than places.
     crowded: Option<u64>,
-    compared: Option<u64>,
-    last: Differences,
     /// Nothing differed in the newest exchange, tolerated or not.
     is_quiet: bool,
     /// A timer may run.
@@ -85,8 +91,7 @@ impl Comparison {
         Self {
             kept: [None; KEPT],
             place: 0,
-            timed: [None; TIMED],
-            crowded: None,
+            timers: Timers { timed: [None; TIMED], crowded: None, is_quiet: false, is_timing: false },
             compared: None,
             last: Differences {
                 stops: [false; STOPS],
@@ -95,14 +100,12 @@ impl Comparison {
                 speed: false,
                 identity: false,
             },
-            is_quiet: false,
-            is_timing: false,
         }
     }
 
     /// Nothing differed in the newest exchange: what start-up asks for (DEC-19).
     pub fn is_equal(&self) -> bool {
-        self.is_quiet & self.is_clear()
+        self.timers.is_quiet & self.is_clear()
     }
 
     /// The newest comparison found nothing.
@@ -131,25 +134,25 @@ impl Comparison {
         if self.compared == Some(partner.exchange) {
             return self.last;
         }
-        let late;
         let own = if current.exchange == partner.exchange {
             current
         } else {
             let mut kept = self.kept.iter().flatten();
             let Some(own) = kept.find(|own| own.exchange == partner.exchange) else { return self.last };
-            late = *own;
-            &late
+            own
         };
         if !(is_comparable(own.phase) & is_comparable(partner.phase)) {
-            self.is_quiet = false;
+            self.timers.is_quiet = false;
             return self.last;
         }
         self.compared = Some(partner.exchange);
-        let expired = self.time(own, partner, limits, is_starting);
+        let expired = self.timers.time(own, partner, limits, is_starting);
         self.last = difference(own, partner, limits, build, expired);
         self.last
     }
+}
 
+impl Timers {
     /// Advances the timers of everything that differs; what has differed for too long.
     fn time(
         &mut self,

@@ -50,15 +50,16 @@ impl Slope {
     /// settled line begins before the clock does.
     fn fit(&self, position: f64, time_ns: u64) -> f64 {
         let samples = || self.positions.iter().zip(&self.times).take(self.count);
+        let ahead = |time: u64| time.wrapping_sub(time_ns) as i64 as f64;
         let share = 1.0 / self.count as f64;
         let (mut mean_time, mut mean_place) = (0.0, 0.0);
         for (place, time) in samples() {
-            mean_time -= time_ns.wrapping_sub(*time) as f64 * share;
+            mean_time += ahead(*time) * share;
             mean_place += (place - position) * share;
         }
         let (mut product, mut square) = (0.0, 0.0);
         for (place, time) in samples() {
-            let distance = -(time_ns.wrapping_sub(*time) as f64) - mean_time;
+            let distance = ahead(*time) - mean_time;
             product += distance * (place - position - mean_place);
             square += distance * distance;
         }
