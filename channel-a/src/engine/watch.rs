@@ -117,7 +117,7 @@ pub struct Watch {
     pub plan: Plan,
     state: State,
     start_speed: i64,
-    /// A violation that starts nothing was not acknowledged since: its monitoring goes on.
+    /// The last instant was a violation that starts nothing: its monitoring goes on.
     noted: bool,
 }
 
@@ -135,6 +135,9 @@ impl Watch {
     /// What the next instants can do to it.
     pub fn outlook(&self) -> Outlook {
         let window = self.plan.window;
+        if self.noted {
+            return Outlook::Any;
+        }
         let latch = match self.state {
             State::Idle | State::Violated(_) => return Outlook::None,
             State::Approaching(_) => return Outlook::Any,
@@ -160,9 +163,9 @@ impl Watch {
         }
     }
 
-    /// On its way; else it holds, rests or was violated.
-    pub const fn approaches(&self) -> bool {
-        matches!(self.state, State::Approaching(_))
+    /// What decides its outlook: on its way, and violated without a reaction.
+    pub const fn face(&self) -> (bool, bool) {
+        (matches!(self.state, State::Approaching(_)), self.noted)
     }
 
     /// Forgets everything: no request, or STO (DEC-14).
@@ -171,15 +174,15 @@ impl Watch {
         self.noted = false;
     }
 
-    /// What stands of a noted violation in this instant (DEC-15).
+    /// What this instant violates without any reaction (DEC-15).
     pub fn stands(&mut self, sample: &Sample) -> Option<Violation> {
-        if self.noted { self.step(sample) } else { None }
+        let goes_on = self.engaged() & (self.plan.reaction == Reaction::None);
+        if goes_on { self.step(sample) } else { None }
     }
 
     /// A violation that was acknowledged: one whose reaction is `settled` starts again with its
-    /// transition (DEC-17); one that started nothing is forgotten, and its monitoring goes on.
+    /// transition (DEC-17); one that started nothing goes on as it was.
     pub fn acknowledge(&mut self, settled: bool) {
-        self.noted = false;
         if matches!(self.state, State::Violated(_)) & settled {
             self.state = State::Idle;
         }
@@ -222,6 +225,7 @@ impl Watch {
             State::Holding(_) => self.hold(sample, Part::Window),
             State::Idle | State::Violated(_) => None,
         };
+        self.noted = false;
         if found.is_some() {
             self.note(sample);
         }

@@ -164,9 +164,9 @@ impl Watches {
         let mut changed = false;
         for place in due {
             let Some(watch) = self.table.get_mut(usize::from(place)) else { continue };
-            let approached = watch.approaches();
+            let before = watch.face();
             let violation = watch.step(sample);
-            changed |= violation.is_some() | (approached != watch.approaches());
+            changed |= violation.is_some() | (before != watch.face());
             if let Some(violation) = violation {
                 found(&watch.plan, violation);
             }

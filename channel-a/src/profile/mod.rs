@@ -278,7 +278,7 @@ impl Rules {
                 Requests { demand: Demand { sto: true, ..Demand::default() }, ..Requests::default() }
             }
             Self::Amk(amk) => amk.requests(outside, errors),
-            Self::Etg(etg) => etg.requests(outside),
+            Self::Etg(etg) => etg.requests(outside, stops),
             Self::Lenze(lenze) => lenze.requests(outside, watches, stops, errors),
             Self::Atv(atv) => atv.requests(outside, errors),
         }

@@ -189,10 +189,28 @@ fn without_a_reaction_the_error_stands_as_long_as_the_limit_is_violated() {
     bench.word |= ERROR_ACK;
     assert_eq!(shown(&bench.ride(11, |_| 501.0)), (true, false, true), "refused");
     bench.word &= !ERROR_ACK;
-    assert_eq!(shown(&bench.ride(12, |_| 500.0)), (true, false, true), "kept again, not acknowledged");
+    assert_eq!(shown(&bench.ride(12, |_| 500.0)), (true, true, true), "kept again, not acknowledged");
     bench.word |= ERROR_ACK;
     let report = bench.ride(13, |_| 500.0);
     assert_eq!((shown(&report), codes(&report).len()), ((false, true, true), 0), "no new transition");
+}
+
+#[test]
+fn a_restart_edge_counts_once_the_request_is_shown() {
+    // ETG-RST-03: with the error's own edge it is too early
+    let mut bench = bench(&[
+        (f::SLS, 1, f::sls::VELOCITY_LIMIT, 500),
+        (f::SLS, 1, f::sls::ERROR_REACTION, i64::from(reference(f::STO, 1))),
+    ]);
+    bench.word = without(&[control::SLS_1]);
+    assert_eq!(bench.ride(9, |_| 501.0).stop, Stop::Sto);
+    bench.word |= ERROR_ACK | 1 << control::RESTART_ACKNOWLEDGE;
+    let report = bench.ride(10, |_| 0.0);
+    assert_eq!((report.stop, report.status.bit(status::RESTART_ACKNOWLEDGE_REQUEST)), (Stop::Sto, true));
+    bench.word = without(&[control::SLS_1]);
+    bench.ride(11, |_| 0.0);
+    bench.word |= 1 << control::RESTART_ACKNOWLEDGE;
+    assert_eq!(bench.ride(12, |_| 0.0).stop, Stop::None);
 }
 
 #[test]

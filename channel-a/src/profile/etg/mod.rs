@@ -10,7 +10,7 @@ mod words;
 use super::{Outside, Requests, State};
 use crate::engine::Range;
 use crate::engine::places::Places;
-use crate::engine::stop::{Demand, STOPS};
+use crate::engine::stop::{Demand, STOPS, Stops};
 use shm_schema::drive::DriveRequest;
 use shm_schema::facts::etg_6100_2::{control, status};
 use shm_schema::word::Word;
@@ -61,7 +61,7 @@ pub struct Etg {
 
 impl Etg {
     /// Requests of this step.
-    pub fn requests(&mut self, outside: &Outside) -> Requests {
+    pub fn requests(&mut self, outside: &Outside, stops: &Stops) -> Requests {
         let mut requests = Requests::default();
         let word = outside.word.unwrap_or(Word::ZERO);
         let mut requested = self.known;
@@ -94,7 +94,9 @@ impl Etg {
         let (error, restart) = (level(control::ERROR_ACK), level(control::RESTART_ACKNOWLEDGE));
         requests.acknowledgements = u32::from(error == Some(true)) | u32::from(restart == Some(true)) << 1;
         requests.acknowledge = super::edge(&mut self.error_armed, error);
-        requests.demand.restart = super::edge(&mut self.restart_armed, restart);
+        // ETG-RST-03: while the request is shown; the first torque after the start has none (DEC-19).
+        let awaited = stops.restart_pending | !outside.operational;
+        requests.demand.restart = super::edge(&mut self.restart_armed, restart) & awaited;
         requests
     }
 
