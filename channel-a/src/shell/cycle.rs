@@ -44,15 +44,22 @@ pub fn run(options: &Options, mut axes: Axes, ending: &Ending, sound: &AtomicBoo
     while !ending.is_wanted() {
         sleep_until(due_ns);
         let woken_ns = now_ns();
-        let late = woken_ns >= due_ns + cycle_ns;
-        shared.overruns = if late { shared.overruns.saturating_add(1) } else { 0 };
+        let lost = lost_cycles(woken_ns, due_ns, cycle_ns);
+        shared.overruns = if lost > 0 { shared.overruns.saturating_add(lost) } else { 0 };
         shared.image_sound = sound.load(Ordering::Relaxed);
         for seat in &mut seats {
             seat.step(&shared, now_ns());
         }
-        due_ns = if late { next_boundary(woken_ns, cycle_ns, phase_ns) } else { due_ns + cycle_ns };
+        due_ns = if lost > 0 { next_boundary(woken_ns, cycle_ns, phase_ns) } else { due_ns + cycle_ns };
     }
     drop(seats);
+}
+
+/// Whole cycles that went by between the deadline and the wake-up: each is an overrun of its own, so
+/// that the step after a long stall already knows (design 3.6).
+fn lost_cycles(woken_ns: u64, due_ns: u64, cycle_ns: u64) -> u8 {
+    let cycles = woken_ns.saturating_sub(due_ns).checked_div(cycle_ns).unwrap_or(u64::MAX);
+    u8::try_from(cycles).unwrap_or(u8::MAX)
 }
 
 /// The first multiple of the cycle plus phase behind `now`.
@@ -102,7 +109,7 @@ fn accepted(mut received: Received<Command>, plain: bool) -> Received<Command> {
 
 #[cfg(test)]
 mod tests {
-    use super::{accepted, next_boundary};
+    use super::{accepted, lost_cycles, next_boundary};
     use shm_schema::command::{Command, CommandSource};
     use shm_schema::exchange::Sampled;
 
@@ -120,6 +127,12 @@ mod tests {
         let command = accepted(Ok(cell), false).unwrap().payload;
         assert_eq!(command, Command { source: CommandSource::None, ..payload });
         assert_eq!(accepted(Ok(cell), true).unwrap().payload, payload);
+    }
+
+    #[test]
+    fn every_cycle_of_a_stall_is_an_overrun() {
+        let lost = [9, 10, 19, 20, 25, 1_000_000].map(|woken| lost_cycles(woken, 10, 10));
+        assert_eq!(lost, [0, 0, 0, 1, 1, u8::MAX]);
     }
 
     #[test]

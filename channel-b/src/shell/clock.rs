@@ -50,13 +50,14 @@ pub struct Deadlines {
     cycle_ns: u64,
     next_ns: u64,
     overruns: u8,
+    late: bool,
 }
 
 impl Deadlines {
     /// The first one after `now_ns`.
     pub fn after(now_ns: u64, cycle_ns: u64, phase_ns: u64) -> Self {
         let start = now_ns - now_ns % cycle_ns;
-        Self { cycle_ns, next_ns: start + cycle_ns + phase_ns, overruns: 0 }
+        Self { cycle_ns, next_ns: start + cycle_ns + phase_ns, overruns: 0, late: false }
     }
 
     /// The deadline to sleep for.
@@ -64,22 +65,29 @@ impl Deadlines {
         self.next_ns
     }
 
-    /// Overruns in a row.
-    pub const fn overruns(&self) -> u8 {
+    /// The sleep ended at `now_ns`: the overruns in a row, those of the stall it comes out of
+    /// among them, before anything is driven.
+    pub fn woken(&mut self, now_ns: u64) -> u8 {
+        let lost = now_ns.saturating_sub(self.next_ns) / self.cycle_ns;
+        self.lose(lost);
         self.overruns
     }
 
-    /// The cycle's work ended at `now_ns`: sets the next deadline, counts an overrun when it
-    /// has passed already and skips what is lost.
+    /// The cycle's work ended at `now_ns`: sets the next deadline, counts and skips those that have
+    /// passed already. Only a cycle in time ends the row.
     pub fn done(&mut self, now_ns: u64) {
         self.next_ns += self.cycle_ns;
-        if now_ns <= self.next_ns {
+        self.lose(now_ns.saturating_sub(self.next_ns).div_ceil(self.cycle_ns));
+        if !self.late {
             self.overruns = 0;
-            return;
         }
-        self.overruns = self.overruns.saturating_add(1);
-        let lost = (now_ns - self.next_ns).div_ceil(self.cycle_ns);
-        self.next_ns += lost * self.cycle_ns;
+        self.late = false;
+    }
+
+    fn lose(&mut self, cycles: u64) {
+        self.next_ns += cycles * self.cycle_ns;
+        self.overruns = self.overruns.saturating_add(cycles.try_into().unwrap_or(u8::MAX));
+        self.late |= cycles > 0;
     }
 }
 
@@ -91,18 +99,29 @@ mod tests {
     fn deadlines_lie_on_multiples_of_the_cycle_plus_the_phase() {
         let mut deadlines = Deadlines::after(10_400_000, 1_000_000, 200_000);
         assert_eq!(deadlines.next(), 11_200_000);
+        assert_eq!(deadlines.woken(11_250_000), 0);
         deadlines.done(11_300_000);
-        assert_eq!((deadlines.next(), deadlines.overruns()), (12_200_000, 0));
+        assert_eq!(deadlines.next(), 12_200_000);
     }
 
     #[test]
-    fn an_overrun_is_counted_and_the_lost_cycles_are_skipped() {
+    fn every_deadline_that_work_outlasts_is_an_overrun_and_skipped() {
         let mut deadlines = Deadlines::after(0, 1_000_000, 0);
+        assert_eq!(deadlines.woken(1_000_100), 0);
         deadlines.done(4_500_000);
-        assert_eq!((deadlines.next(), deadlines.overruns()), (5_000_000, 1));
-        deadlines.done(6_100_000);
-        assert_eq!((deadlines.next(), deadlines.overruns()), (7_000_000, 2));
-        deadlines.done(7_100_000);
-        assert_eq!(deadlines.overruns(), 0);
+        assert_eq!((deadlines.next(), deadlines.woken(5_000_100)), (5_000_000, 3));
+        deadlines.done(5_100_000);
+        assert_eq!(deadlines.woken(6_000_100), 0);
+    }
+
+    #[test]
+    fn a_step_knows_of_the_stall_it_comes_out_of() {
+        // Design 3.6: nothing is driven before the overruns count.
+        let mut deadlines = Deadlines::after(0, 1_000_000, 0);
+        assert_eq!(deadlines.woken(7_300_000), 6);
+        deadlines.done(7_400_000);
+        assert_eq!((deadlines.next(), deadlines.woken(8_000_100)), (8_000_000, 6));
+        deadlines.done(8_100_000);
+        assert_eq!(deadlines.woken(9_000_100), 0, "a cycle in time has ended the row");
     }
 }

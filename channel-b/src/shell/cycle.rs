@@ -25,8 +25,9 @@ pub fn run(
     let mut deadlines = Deadlines::after(common(), options.cycle_ns, options.phase_ns);
     while !ending.has_come() {
         sleep_until(deadlines.next());
+        let overruns = deadlines.woken(common());
         for axis in &mut axes.axes {
-            let inhibit = axis.step(deadlines.overruns(), own(), common());
+            let inhibit = axis.step(overruns, own(), common());
             line.drive(&inhibit);
         }
         deadlines.done(common());
