@@ -201,6 +201,8 @@ impl Monitor {
         let (restart, error) = self.plan.logic.terminals(&asked);
         edges.restart |= restart;
         edges.error |= error;
+        // Crosscheck hears of a terminal through the report, as of the bus.
+        cells.acknowledge |= u32::from(error) | u32::from(restart) << 1;
         self.acknowledge(edges.any(), &cells);
         let requested = self.plan.logic.requests(&self.plan.bits, &asked, &self.plan.bank, &mut self.ledger);
         self.asked = self.asked(&requested);

@@ -1,6 +1,9 @@
 //! Injected faults: both paths off in time.
 
-use crate::support::{Seen, replayed};
+use params::{AxisSet, Machine};
+use shm_schema::profile::{Profile, lenze_key};
+
+use crate::support::{Seen, replay_on, replayed};
 
 fn faulty(fault: &str) -> Seen {
     replayed(&format!("t_ms,speed_rpm,fault\n0,1500,none\n50,1500,{fault}\n400,1500,\n"))
@@ -56,5 +59,20 @@ fn a_stuck_path_is_found_when_torque_is_withdrawn() {
         assert_eq!(seen.first(free, "path", false), Some(30.0), "{fault}");
         assert_eq!(seen.first("crosscheck", "path", false), Some(30.0), "{fault}");
         assert_ne!(seen.errors("crosscheck"), "[]", "{fault}");
+    }
+}
+
+/// LNZ-ACK: a pulse at the AIE terminal clears what crosscheck holds, too.
+#[test]
+fn a_pulse_at_the_terminal_reaches_crosscheck() {
+    let mut set = AxisSet::delivery(Profile::LenzeSm301, 1, "SIM-0001");
+    set.values.insert(lenze_key(15_400, 0), 1);
+    let machine = Machine { file: "set.toml".to_owned(), axes: vec![set] };
+    let trip = "t_ms,fault,aie\n0,none,0\n50,corrupt-report-a,0\n80,none,0\n";
+    let held = replay_on(&machine, &format!("{trip}900,none,0\n"), false);
+    assert_ne!(held.errors("crosscheck"), "[]", "{held}");
+    let cleared = replay_on(&machine, &format!("{trip}200,none,1\n700,none,0\n900,none,0\n"), false);
+    for source in ["a", "b", "crosscheck"] {
+        assert_eq!(cleared.errors(source), "[]", "{source}: {cleared}");
     }
 }

@@ -105,10 +105,15 @@ fn status(line: &serde_json::Value) -> u32 {
 
 /// Replays a trace on a machine with `more` parameters.
 pub fn replay_with(more: &[(u32, i32)], trace: &str, encoder: bool) -> Seen {
+    replay_on(&machine(more), trace, encoder)
+}
+
+/// Replays a trace on a machine.
+pub fn replay_on(machine: &Machine, trace: &str, encoder: bool) -> Seen {
     let trace = sim::trace::parse(trace).expect("a sound trace");
     let mut out = Vec::new();
     let options = ReplayOptions { encoder, cold: false };
-    let summary = replay_to(&machine(more), &trace, options, &mut out).expect("replays");
+    let summary = replay_to(machine, &trace, options, &mut out).expect("replays");
     let text = String::from_utf8(out).expect("text");
     let lines =
         text.lines().map(|line| serde_json::from_str(line).expect("one JSON object a line")).collect();

@@ -178,8 +178,9 @@ impl Lenze {
         let by_pulse = (self.ais.step(ais_level, outside.now_ns), self.aie.step(aie_level, outside.now_ns));
         requests.acknowledge = by_bus.1 | by_pulse.1;
         requests.demand.restart = by_bus.0 | by_pulse.0;
-        let error = u32::from(aie == Some(true));
-        let restart = u32::from(ais == Some(true)) << 1;
+        // A pulse at a terminal acknowledges crosscheck's errors as well: it shows for one exchange.
+        let error = u32::from((aie == Some(true)) | by_pulse.1);
+        let restart = u32::from((ais == Some(true)) | by_pulse.0) << 1;
         requests.acknowledgements = error | restart;
         requests.inputs |= u32::from(ais_level == Some(true)) << 4 | u32::from(aie_level == Some(true)) << 5;
         requests.acknowledge
