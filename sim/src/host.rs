@@ -21,6 +21,10 @@ use thread_priority::{
 /// A stall up to this long is no excuse: the relaxed timing bears several in a row.
 pub const BORNE: Duration = Duration::from_millis(15);
 
+/// Before another try the host must have been calm for so long …
+const CALM: Duration = Duration::from_millis(500);
+/// … which is waited for at most so long.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// The witness looks at the clock so often.
 const LOOK: Duration = Duration::from_millis(1);
 /// A shorter stall is not worth a note.
@@ -40,6 +44,15 @@ struct Stall {
 struct Notes {
     stalls: Mutex<VecDeque<Stall>>,
     ended: AtomicBool,
+}
+
+/// What failed, and whose doing it was.
+#[derive(Debug)]
+pub enum Failure<E> {
+    /// The host left it alone: its own.
+    Own(E),
+    /// The host stood still in every try; the last one.
+    Host(E),
 }
 
 /// A thread on each usable core that notes when it was not let run; ends when dropped.
@@ -68,12 +81,42 @@ impl Witness {
         since.map(|stall| stall.length).max().unwrap_or_default()
     }
 
-    /// Waits until the host has been calm for `calm`, at most for `patience`.
-    pub fn wait_for_calm(&self, calm: Duration, patience: Duration) {
+    /// Runs `run`; again, `tries` times at most, when it failed and the host stood still in it for
+    /// longer than [`BORNE`]. `again` hears of each disturbed try and its longest stall.
+    ///
+    /// # Errors
+    /// Its own failure at once; the last disturbed one when no try was left alone.
+    pub fn undisturbed<T, E>(
+        &self,
+        tries: u32,
+        mut run: impl FnMut() -> Result<T, E>,
+        mut again: impl FnMut(u32, Duration),
+    ) -> Result<T, Failure<E>> {
+        let mut attempt = 1;
+        loop {
+            let start = Instant::now();
+            let failure = match run() {
+                Ok(value) => return Ok(value),
+                Err(failure) => failure,
+            };
+            let stall = self.longest_since(start);
+            if stall <= BORNE {
+                return Err(Failure::Own(failure));
+            }
+            if attempt >= tries {
+                return Err(Failure::Host(failure));
+            }
+            again(attempt, stall);
+            self.wait_for_calm();
+            attempt += 1;
+        }
+    }
+
+    fn wait_for_calm(&self) {
         let start = Instant::now();
-        while start.elapsed() < patience {
+        while start.elapsed() < PATIENCE {
             let since = Instant::now();
-            thread::sleep(calm);
+            thread::sleep(CALM);
             if self.longest_since(since) == Duration::ZERO {
                 break;
             }
@@ -130,6 +173,20 @@ mod tests {
         assert_eq!(witness.longest_since(start), Duration::from_millis(90));
         assert_eq!(witness.longest_since(start + Duration::from_millis(15)), Duration::from_millis(50));
         assert_eq!(witness.longest_since(start + Duration::from_millis(31)), Duration::ZERO);
+    }
+
+    #[test]
+    fn only_a_stall_that_need_not_be_borne_excuses_a_failure() {
+        let witness = Witness { notes: Arc::default() };
+        let failing = |length: Duration| {
+            let run = || {
+                note(&witness.notes, Stall { end: Instant::now(), length });
+                Err::<(), _>("as it should")
+            };
+            witness.undisturbed(1, run, |_, _| panic!("there is only one try"))
+        };
+        assert!(matches!(failing(BORNE), Err(Failure::Own("as it should"))));
+        assert!(matches!(failing(BORNE + LOOK), Err(Failure::Host("as it should"))));
     }
 
     #[test]

@@ -3,14 +3,13 @@
 mod envelope;
 mod story;
 
-use std::time::{Duration, Instant};
 use std::{fs, path::PathBuf, process::ExitCode};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plotters::style::RGBColor;
 use shm_schema::facts::amk_kw::status;
-use sim::host::{BORNE, Witness};
+use sim::host::{Failure, Witness};
 
 use crate::master::Master;
 use crate::picture::{self, Chart, Curve, Lane};
@@ -21,10 +20,7 @@ use envelope::{Restriction, envelope, value};
 use story::{Event, Story, What};
 
 /// A play that the host disturbed is tried so often.
-const ATTEMPTS: u32 = 6;
-/// The host must have been calm for so long before another play, waited for at most `PATIENCE`.
-const CALM: Duration = Duration::from_millis(500);
-const PATIENCE: Duration = Duration::from_secs(20);
+const TRIES: u32 = 6;
 
 /// A simulated axis runs, exceeds a limit, is stopped; then a channel is killed.
 #[derive(Debug, clap::Args)]
@@ -62,24 +58,17 @@ pub fn run(args: &Args) -> ExitCode {
 
 /// Plays until the host left a whole play alone, or it failed by itself.
 fn undisturbed(plan: &Plan, quiet: bool) -> Result<(Vec<Event>, Recording), String> {
-    let witness = Witness::start();
-    let mut attempt = 1;
-    loop {
-        let start = Instant::now();
-        let played = play(plan, quiet);
-        let stall = witness.longest_since(start);
-        if played.is_ok() | (stall <= BORNE) | (attempt == ATTEMPTS) {
-            return played;
-        }
-        attempt += 1;
-        if !quiet {
-            println!(
-                "\nthis host stood still for {} ms, which is torque off: once more ({attempt} of {ATTEMPTS})\n",
-                stall.as_millis()
-            );
-        }
-        witness.wait_for_calm(CALM, PATIENCE);
-    }
+    let played = Witness::start().undisturbed(
+        TRIES,
+        || play(plan, quiet),
+        |attempt, stall| {
+            if !quiet {
+                let (stall_ms, next) = (stall.as_millis(), attempt + 1);
+                println!("\nthis host stood still for {stall_ms} ms, which is torque off: once more ({next} of {TRIES})\n");
+            }
+        },
+    );
+    played.map_err(|(Failure::Own(line) | Failure::Host(line))| line)
 }
 
 fn play(plan: &Plan, quiet: bool) -> Result<(Vec<Event>, Recording), String> {

@@ -234,8 +234,8 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
     set.insert(etg_key(etg::SMS, 1, etg::sms::VELOCITY_MAXIMUM_POSITIVE), maximum);
     set.insert(etg_key(etg::SMS, 1, etg::sms::VELOCITY_MAXIMUM_NEGATIVE), maximum);
     hints.limit(maximum.into());
-    // A second instance of SS1 or SS2 beside a running one is not generated: the channels brake
-    // one instance at a time (against ETG-GEN-12). Each scenario requests one of the two.
+    // A second instance of SS1 or SS2 beside a running one is not generated: A and B still
+    // differ where one leaves its line with a stop as its reaction. Each scenario requests one of the two.
     let stopping = random.between(1, 2) as u32;
     for (bit, instance) in [(c::SS1_1, 1), (c::SS1_2, 2)] {
         let window = random.between(1, 60) as i32;
@@ -335,8 +335,8 @@ fn etg_positions(set: &mut BTreeMap<u32, i32>, random: &mut Random, stopping: u3
     ]);
 }
 
-/// Reaction `none` (0) is not generated: what a function violated so does at the acknowledge, and
-/// whether its error holds STO, differs between A, B and the model (ETG-ERR-04, DEC-12, DEC-15).
+/// Reaction `none` (0) is not generated: both channels follow docs/decisions/0002, the model was not
+/// compared with it yet.
 fn etg_reaction(random: &mut Random, stopping: u32) -> i32 {
     random.pick(&[reference(etg::STO, 1), reference(etg::SS1, stopping), reference(etg::SS2, stopping)])
 }

@@ -1,6 +1,7 @@
 //! One bus cycle after the other between a master and a device, in virtual time.
 
 use sim::master::{
+    Master,
     disturbance::{Kind, Line},
     fsoe, profisafe,
 };
@@ -9,15 +10,8 @@ use crate::device::{Device, Shape, Source};
 
 pub const MS: u64 = 1_000_000;
 
-/// What a bench needs of a master of either protocol.
-pub trait Master {
-    fn to_send(&self) -> Vec<u8>;
-    fn receive(&mut self, image: &[u8], now_ns: u64);
-    fn advance(&mut self, now_ns: u64);
-    fn set_outputs(&mut self, outputs: &[u8]);
-    fn inputs(&self) -> Option<Vec<u8>>;
-    /// What an operator does between two cycles.
-    fn operate(&mut self);
+/// What the oracle needs of a master beside.
+pub trait Observed: Master {
     /// Process data in the frame on the bus.
     fn process_data(&self) -> Option<Vec<u8>>;
     /// Process data in an answer of the device.
@@ -31,23 +25,7 @@ pub trait Master {
     fn watchdog_ms(&self) -> u64;
 }
 
-impl Master for fsoe::Master {
-    fn to_send(&self) -> Vec<u8> {
-        self.to_send().to_vec()
-    }
-    fn receive(&mut self, image: &[u8], now_ns: u64) {
-        self.receive(image, now_ns);
-    }
-    fn advance(&mut self, now_ns: u64) {
-        self.advance(now_ns);
-    }
-    fn set_outputs(&mut self, outputs: &[u8]) {
-        self.set_outputs(Some(outputs));
-    }
-    fn inputs(&self) -> Option<Vec<u8>> {
-        self.inputs().map(<[u8]>::to_vec)
-    }
-    fn operate(&mut self) {}
+impl Observed for fsoe::Master {
     fn process_data(&self) -> Option<Vec<u8>> {
         let frame = fsoe::frame::Frame::parse(self.to_send(), self.config().outputs)?;
         (frame.command == fsoe::command::PROCESS_DATA).then_some(frame.data)
@@ -68,28 +46,7 @@ impl Master for fsoe::Master {
     }
 }
 
-impl Master for profisafe::Host {
-    fn to_send(&self) -> Vec<u8> {
-        self.to_send().to_vec()
-    }
-    fn receive(&mut self, image: &[u8], now_ns: u64) {
-        self.receive(image, now_ns);
-    }
-    fn advance(&mut self, now_ns: u64) {
-        self.advance(now_ns);
-    }
-    fn set_outputs(&mut self, outputs: &[u8]) {
-        self.set_outputs(outputs);
-    }
-    fn inputs(&self) -> Option<Vec<u8>> {
-        self.inputs().map(<[u8]>::to_vec)
-    }
-    /// Acknowledges whenever asked, each time by an edge.
-    fn operate(&mut self) {
-        let wanted = self.wants_acknowledge();
-        self.set_acknowledge(false);
-        self.set_acknowledge(wanted);
-    }
+impl Observed for profisafe::Host {
     fn process_data(&self) -> Option<Vec<u8>> {
         let length = self.to_send().len() - profisafe::telegram::TRAILER;
         let passive = self.control() & profisafe::control::ACTIVATE_FV != 0;
@@ -145,7 +102,7 @@ pub struct Bench<M> {
     pub accepted: (u64, u64),
 }
 
-impl<M: Master> Bench<M> {
+impl<M: Observed> Bench<M> {
     pub fn new(master: M, shape: &Shape, source: Source, kinds: &[Kind], seed: u64) -> Self {
         let lengths = match shape {
             Shape::Fsoe { outputs, inputs, .. } | Shape::Profisafe { outputs, inputs, .. } => {
@@ -200,7 +157,7 @@ impl<M: Master> Bench<M> {
             self.answer = late;
         }
         self.last_sent = self.master.process_data().or(self.last_sent.take());
-        for image in self.to_device.carry(&self.master.to_send(), foreign.0) {
+        for image in self.to_device.carry(self.master.to_send(), foreign.0) {
             if let Some(answer) = self.device.receive(&image, Some(&inputs), self.now_ns) {
                 self.last_answered = self.master.process_data_of(&answer).or(self.last_answered.take());
                 self.answer = answer;
@@ -242,10 +199,10 @@ impl<M: Master> Bench<M> {
     }
 
     fn judge_master(&mut self) {
-        let inputs = self.master.inputs();
+        let inputs = self.master.inputs().map(<[u8]>::to_vec);
         self.accepted.1 += u64::from(inputs.is_some());
         self.judge(inputs, self.last_answered.as_ref(), &self.held_by_master, "input");
-        self.held_by_master = self.held(self.master.inputs(), &self.held_by_master);
+        self.held_by_master = self.held(self.master.inputs().map(<[u8]>::to_vec), &self.held_by_master);
     }
 
     fn judge(&self, now: Option<Vec<u8>>, sent: Option<&Vec<u8>>, held: &(Option<Vec<u8>>, u64), what: &str) {

@@ -6,7 +6,7 @@
 use sim::master::{disturbance::Kind, fsoe, profisafe};
 
 use crate::{
-    bench::{Bench, Master, fsoe_pair, profisafe_pair},
+    bench::{Bench, Observed, fsoe_pair, profisafe_pair},
     device::{Shape, Source},
 };
 
@@ -21,7 +21,7 @@ const STORM: u64 = 1_600;
 const CALM: u64 = 400;
 
 /// Runs storms and calms; process data must flow both ways at the end of each calm.
-fn weathers<M: Master>(
+fn weathers<M: Observed>(
     (master, shape): (M, Shape),
     (foreign, foreign_shape): (M, Shape),
     source: Source,
@@ -35,7 +35,7 @@ fn weathers<M: Master>(
         for cycle in 0..STORM + CALM {
             bench.set_calm(cycle >= STORM);
             other.cycle((&[], &[]));
-            let (to_device, to_master) = (other.master.to_send(), other.answer().to_vec());
+            let (to_device, to_master) = (other.master.to_send().to_vec(), other.answer().to_vec());
             bench.cycle((&to_device, &to_master));
         }
         let flows = (bench.device.outputs().is_some(), bench.master.inputs().is_some());
@@ -46,7 +46,7 @@ fn weathers<M: Master>(
 }
 
 /// Each kind alone, then all together.
-fn weathers_each<M: Master>(make: impl Fn() -> [(M, Shape); 2], source: Source, cycles: u64) {
+fn weathers_each<M: Observed>(make: impl Fn() -> [(M, Shape); 2], source: Source, cycles: u64) {
     let each = Kind::ALL.iter().map(std::slice::from_ref).chain([&Kind::ALL[..]]);
     for kinds in each {
         let [own, foreign] = make();

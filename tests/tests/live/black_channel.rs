@@ -6,8 +6,8 @@ use std::net::{SocketAddr, UdpSocket};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use sim::master::fsoe::{Config, Master, State};
-use sim::master::profisafe::{self, Host, Parameters};
+use shm_schema::facts::lenze_sm301::{control, status};
+use sim::master::{Master, fsoe, profisafe};
 
 use crate::axis::{Axis, now_ns};
 use crate::host::judged;
@@ -18,131 +18,74 @@ const ADDRESS: u16 = 3;
 const NEUTRAL: u32 = 0x7E7F;
 const ACKNOWLEDGE: u32 = 0x7EFF;
 const STO_REQUESTED: u32 = 0x7E7E;
-/// Every stop withdrawn (LNZ-PS), without and with PS_AIS and PS_AIE.
-const RELEASED: u32 = 1 | 1 << 1 | 1 << 24;
-const PS_AIS: u32 = 1 << 16;
-const PS_AIE: u32 = 1 << 17;
+/// Nothing that passes the filter of `profisafe.toml` is requested.
+const RELEASED: u32 = 1 << control::STO | 1 << control::SS1 | 1 << control::SD_OUT1;
+const PS_AIS: u32 = 1 << control::PS_AIS;
+const PS_AIE: u32 = 1 << control::PS_AIE;
+const STO_ACTIVE: u32 = 1 << status::STO_ACTIVE;
+/// Both paths have been quiet for so long when they are off.
+const SILENCE: Duration = Duration::from_millis(160);
 const WATCHDOG_MS: u16 = 400;
 /// Longest wait for anything.
 const DEADLINE: Duration = Duration::from_secs(8);
 /// Longest wait for an answer before the master sends again, as a bus does each cycle.
 const BUS_CYCLE: Duration = Duration::from_millis(60);
 
-/// Who commands from the other side of the gateway.
-trait Partner {
-    fn to_send(&self) -> &[u8];
-    fn receive(&mut self, image: &[u8], now_ns: u64);
-    fn advance(&mut self, now_ns: u64);
-    fn set_outputs(&mut self, word: u32);
-    fn inputs(&self) -> Option<&[u8]>;
-    fn in_words(&self) -> String;
-}
-
-impl Partner for Master {
-    fn to_send(&self) -> &[u8] {
-        self.to_send()
-    }
-
-    fn receive(&mut self, image: &[u8], now_ns: u64) {
-        self.receive(image, now_ns);
-    }
-
-    fn advance(&mut self, now_ns: u64) {
-        self.advance(now_ns);
-    }
-
-    fn set_outputs(&mut self, word: u32) {
-        self.set_outputs(Some(&word.to_le_bytes()));
-    }
-
-    fn inputs(&self) -> Option<&[u8]> {
-        self.inputs().filter(|_| self.state() == State::Data)
-    }
-
-    fn in_words(&self) -> String {
-        format!("{:?}", self.state())
-    }
-}
-
-impl Partner for Host {
-    fn to_send(&self) -> &[u8] {
-        self.to_send()
-    }
-
-    fn receive(&mut self, image: &[u8], now_ns: u64) {
-        self.receive(image, now_ns);
-        // The operator is always at hand.
-        self.set_acknowledge(self.wants_acknowledge());
-    }
-
-    fn advance(&mut self, now_ns: u64) {
-        self.advance(now_ns);
-    }
-
-    fn set_outputs(&mut self, word: u32) {
-        self.set_outputs(&word.to_le_bytes());
-    }
-
-    fn inputs(&self) -> Option<&[u8]> {
-        self.inputs()
-    }
-
-    fn in_words(&self) -> String {
-        format!("status {:x?}, restarts {}", self.status(), self.restarts())
-    }
-}
-
-/// A partner on the other side of the gateway's socket.
-struct Bus<P> {
-    partner: P,
+/// A master on the other side of the gateway's socket.
+struct Bus<M> {
+    master: M,
     socket: UdpSocket,
     gateway: SocketAddr,
 }
 
-impl Bus<Master> {
+impl Bus<fsoe::Master> {
     fn fsoe(gateway: SocketAddr) -> Self {
-        let config = Config { watchdog_ms: WATCHDOG_MS, ..Config::new(4, 12, ADDRESS) };
-        Self::new(gateway, Master::new(config))
+        let config = fsoe::Config { watchdog_ms: WATCHDOG_MS, ..fsoe::Config::new(4, 12, ADDRESS) };
+        Self::new(gateway, fsoe::Master::new(config))
     }
 
     /// To the Data state and to torque.
     fn connect(&mut self, axis: &mut Axis) {
-        self.command(NEUTRAL, axis, "the Data state", |bus, _| bus.status().is_some());
+        self.command(NEUTRAL, axis, "the Data state", |bus, _| {
+            bus.master.state() == fsoe::State::Data && bus.status().is_some()
+        });
         self.command(ACKNOWLEDGE, axis, "torque after the acknowledge", |_, axis| axis.torque());
     }
 }
 
-impl Bus<Host> {
+impl Bus<profisafe::Host> {
     /// Hands the F-parameters over, as a controller does before the first telegram.
     fn profisafe(gateway: SocketAddr) -> Self {
-        let parameters = Parameters::new(ADDRESS, WATCHDOG_MS);
-        let bus = Self::new(gateway, Host::new(profisafe::Config { outputs: 4, inputs: 4, parameters }));
+        let parameters = profisafe::Parameters::new(ADDRESS, WATCHDOG_MS);
+        let host = profisafe::Host::new(profisafe::Config { outputs: 4, inputs: 4, parameters });
+        let bus = Self::new(gateway, host);
         bus.socket.send_to(&parameters.block(), gateway).expect("sent");
         bus
     }
 }
 
-impl<P: Partner> Bus<P> {
-    fn new(gateway: SocketAddr, partner: P) -> Self {
+impl<M: Master> Bus<M> {
+    fn new(gateway: SocketAddr, master: M) -> Self {
         let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
         socket.set_read_timeout(Some(BUS_CYCLE)).expect("a time-out");
-        Self { partner, socket, gateway }
+        Self { master, socket, gateway }
     }
 
     /// One frame there, one back, if it comes.
     fn exchange(&mut self) {
-        self.socket.send_to(self.partner.to_send(), self.gateway).expect("sent");
+        self.master.operate();
+        self.socket.send_to(self.master.to_send(), self.gateway).expect("sent");
         let mut answer = [0; 300];
         match self.socket.recv(&mut answer) {
-            Ok(length) => self.partner.receive(&answer[..length], now_ns()),
-            Err(_) => self.partner.advance(now_ns()),
+            Ok(length) => self.master.receive(&answer[..length], now_ns()),
+            Err(_) => self.master.advance(now_ns()),
         }
     }
 
     /// Sends `word` until `condition` holds.
     fn command(&mut self, word: u32, axis: &mut Axis, what: &str, condition: impl Fn(&Self, &Axis) -> bool) {
         let start = Instant::now();
-        self.partner.set_outputs(word);
+        self.master.set_outputs(&word.to_le_bytes());
         while start.elapsed() < DEADLINE {
             self.exchange();
             axis.comes(Duration::ZERO, |_| true);
@@ -150,11 +93,11 @@ impl<P: Partner> Bus<P> {
                 return;
             }
         }
-        panic!("{what} did not come; {}; last seen:\n{}", self.partner.in_words(), axis.in_words());
+        panic!("{what} did not come; {:?}; last seen:\n{}", self.master, axis.in_words());
     }
 
     fn status(&self) -> Option<u32> {
-        let inputs = self.partner.inputs()?;
+        let inputs = self.master.inputs()?;
         Some(u32::from_le_bytes(*inputs.first_chunk()?))
     }
 }
@@ -180,16 +123,27 @@ fn commanded<'a>(folder: &'a Folder, gateway: SocketAddr, bus: &str, parameters:
     running
 }
 
-#[test]
-fn an_fsoe_master_commands_a_set_of_real_processes_over_the_gateway() {
+/// A set on `bus`, acted on by the master that `connect` makes; at the end both paths are silent.
+fn on_bus<M: Master>(
+    bus: &str,
+    parameters: &Path,
+    connect: impl Fn(SocketAddr) -> Bus<M>,
+    act: impl Fn(&mut Bus<M>, &mut Axis),
+) {
     let _turn = alone();
-    judged("a master", || {
+    judged(bus, || {
         let folder = Folder::new("bus");
         let gateway = free_port();
-        let mut running = commanded(&folder, gateway, "fsoe", &axis_file());
-        let mut bus = Bus::fsoe(gateway);
-        let axis = &mut running.axis;
+        let mut running = commanded(&folder, gateway, bus, parameters);
+        act(&mut connect(gateway), &mut running.axis);
+        running.axis.expect("silence on both paths", |axis| axis.silent(SILENCE));
+        running.stop();
+    });
+}
 
+#[test]
+fn an_fsoe_master_commands_a_set_of_real_processes_over_the_gateway() {
+    on_bus("fsoe", &axis_file(), Bus::fsoe, |bus, axis| {
         bus.connect(axis);
         bus.command(NEUTRAL, axis, "VALID without STO in the status", |bus, _| {
             bus.status().is_some_and(|status| (status & 1 == 0) & (status >> 28 & 1 == 1))
@@ -198,58 +152,37 @@ fn an_fsoe_master_commands_a_set_of_real_processes_over_the_gateway() {
             !axis.torque() && bus.status().is_some_and(|s| s & 1 == 1)
         });
         bus.command(NEUTRAL, axis, "torque when the request is gone", |_, axis| axis.torque());
-
         // DEC-18: a master that falls silent is a command of zeros, when its watchdog is over.
-        axis.expect("silence on both paths", |axis| axis.silent(Duration::from_millis(160)));
-        running.stop();
     });
 }
 
 /// Design 9: no frame that is not the master's own reaches the functions.
 #[test]
 fn a_forged_frame_takes_the_torque_away() {
-    let _turn = alone();
-    judged("a forged frame", || {
-        let folder = Folder::new("forged");
-        let gateway = free_port();
-        let mut running = commanded(&folder, gateway, "fsoe", &axis_file());
-        let mut bus = Bus::fsoe(gateway);
-        let axis = &mut running.axis;
+    on_bus("fsoe", &axis_file(), Bus::fsoe, |bus, axis| {
         bus.connect(axis);
-        let mut forged = bus.partner.to_send().to_vec();
+        let mut forged = bus.master.to_send().to_vec();
         forged[1] ^= 0x04;
-        bus.socket.send_to(&forged, gateway).expect("sent");
-        axis.expect("silence on both paths", |axis| axis.silent(Duration::from_millis(160)));
-        running.stop();
+        bus.socket.send_to(&forged, bus.gateway).expect("sent");
     });
 }
 
 #[test]
 fn a_profisafe_host_commands_a_set_of_real_processes_over_the_gateway() {
-    let _turn = alone();
-    judged("a host", || {
-        let folder = Folder::new("host");
-        let gateway = free_port();
-        let parameters = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/live/profisafe.toml");
-        let mut running = commanded(&folder, gateway, "profisafe", &parameters);
-        let mut bus = Bus::profisafe(gateway);
-        let axis = &mut running.axis;
-
+    let parameters = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/live/profisafe.toml");
+    on_bus("profisafe", &parameters, Bus::profisafe, |bus, axis| {
         bus.command(RELEASED, axis, "process data", |bus, _| bus.status().is_some());
         let acknowledge = RELEASED | PS_AIS | PS_AIE;
         bus.command(acknowledge, axis, "torque after the acknowledge", |_, axis| axis.torque());
         bus.command(RELEASED, axis, "a status without STO", |bus, _| {
-            bus.status().is_some_and(|status| status & 1 == 0)
+            bus.status().is_some_and(|status| status & STO_ACTIVE == 0)
         });
-        bus.command(RELEASED & !1, axis, "STO", |bus, axis| {
-            !axis.torque() && bus.status().is_some_and(|status| status & 1 == 1)
+        bus.command(RELEASED & !(1 << control::STO), axis, "STO", |bus, axis| {
+            !axis.torque() && bus.status().is_some_and(|status| status & STO_ACTIVE != 0)
         });
         // LNZ: the restart is acknowledged (C15300 = 0).
         bus.command(RELEASED, axis, "the request gone", |bus, axis| !axis.torque() && bus.status().is_some());
         bus.command(RELEASED | PS_AIS, axis, "torque after the restart acknowledge", |_, axis| axis.torque());
-
         // DEC-18: a host that falls silent is a command of zeros, when the watchdog is over.
-        axis.expect("silence on both paths", |axis| axis.silent(Duration::from_millis(160)));
-        running.stop();
     });
 }

@@ -5,16 +5,12 @@
 
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use sim::host::{BORNE, Witness};
+use sim::host::{BORNE, Failure, Witness};
 
 /// A disturbed round is tried so often.
-const ATTEMPTS: u32 = 12;
-/// Before another try the host must have been calm for so long …
-const CALM: Duration = Duration::from_millis(500);
-/// … which is waited for at most so long.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TRIES: u32 = 12;
 
 static WITNESS: OnceLock<Witness> = OnceLock::new();
 
@@ -22,21 +18,18 @@ static WITNESS: OnceLock<Witness> = OnceLock::new();
 /// host never left it alone: such a host cannot judge.
 pub fn judged<T>(what: &str, mut round: impl FnMut() -> T) -> Option<T> {
     let witness = WITNESS.get_or_init(Witness::start);
-    for attempt in 1..=ATTEMPTS {
-        let start = Instant::now();
-        let failure = match panic::catch_unwind(AssertUnwindSafe(&mut round)) {
-            Ok(value) => return Some(value),
-            Err(failure) => failure,
-        };
-        let stall = witness.longest_since(start);
-        if stall <= BORNE {
-            panic::resume_unwind(failure);
-        }
+    let run = || panic::catch_unwind(AssertUnwindSafe(&mut round));
+    let outcome = witness.undisturbed(TRIES, run, |attempt, stall| {
         println!("{what}, try {attempt}: not judged, the host stood still for {stall:?}");
-        witness.wait_for_calm(CALM, PATIENCE);
+    });
+    match outcome {
+        Ok(value) => Some(value),
+        Err(Failure::Own(failure)) => panic::resume_unwind(failure),
+        Err(Failure::Host(_)) => {
+            println!("SKIPPED {what}: the host stood still in each of {TRIES} tries");
+            None
+        }
     }
-    println!("SKIPPED {what}: the host stood still in each of {ATTEMPTS} tries");
-    None
 }
 
 #[test]
