@@ -244,6 +244,7 @@ fn is_unanswered(spec: &Spec, breach: Option<Breach>) -> bool {
 /// No second window, no dwell, no furthest position: the landed state has nothing to keep.
 fn is_plain(spec: &Spec) -> bool {
     let has_hold = (spec.hold.lower != i64::MIN) | (spec.hold.upper != i64::MAX);
-    let keeps = has_hold | spec.hold_only | (spec.ratchet != 0) | (spec.approach.dwell_ns >= 0);
+    let keeps =
+        has_hold | spec.hold_only | spec.lands_free | (spec.ratchet != 0) | (spec.approach.dwell_ns >= 0);
     !(keeps | spec.bit_only)
 }

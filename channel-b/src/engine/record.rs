@@ -215,7 +215,7 @@ impl Values {
     /// DEC-05: the line, not the speed, ends the ramp; outside at that moment is a breach.
     fn landing(&self, spec: &Spec, motion: &Motion) -> Verdict {
         let reference = if spec.latch_late { motion.position } else { self.position };
-        let outside = breach_of(&spec.window, motion, reference);
+        let outside = if spec.lands_free { None } else { breach_of(&spec.window, motion, reference) };
         let breach = match outside {
             Some(_) if has_approach(&spec.approach) => Some(too_fast(motion).unwrap_or(Breach::Landing)),
             Some(breach) => Some(breach),
@@ -225,7 +225,8 @@ impl Values {
     }
 
     fn window_breach(&self, spec: &Spec, motion: &Motion) -> Option<Breach> {
-        let first = if spec.hold_only { None } else { breach_of(&spec.window, motion, self.position) };
+        let is_past = spec.hold_only | spec.lands_free;
+        let first = if is_past { None } else { breach_of(&spec.window, motion, self.position) };
         let second = || breach_of(&spec.hold, motion, self.position);
         first.or_else(second).map(|breach| too_fast(motion).unwrap_or(breach))
     }

@@ -171,6 +171,8 @@ pub struct Spec {
     pub latch_late: bool,
     /// Once the window was reached only `hold` counts (LNZ-SOS-05).
     pub hold_only: bool,
+    /// The end of the line judges nothing, and from there on only `hold` counts (ETG-SOS-02).
+    pub lands_free: bool,
     /// Travel counts from the furthest position reached upwards (1) or downwards (-1) since
     /// the window was reached (DEC-49); 0: from the latched one.
     pub ratchet: i8,
@@ -196,6 +198,7 @@ impl Spec {
         hold: Range::OPEN,
         latch_late: false,
         hold_only: false,
+        lands_free: false,
         ratchet: 0,
         shows_inside: false,
         bit_only: false,

@@ -82,6 +82,8 @@ pub struct Stops {
     /// Bit n: stop n has left its line, and another stop took over (ETG-SS2-10). It does not begin
     /// again before its request has gone or its error was acknowledged (DEC-17).
     spent: u16,
+    /// Stops that errors asked for in the cycle before.
+    reacted: u16,
     /// How long the STO of a finished stop lasts at least, ns (DEC-48).
     sto_least_ns: u64,
 }
@@ -103,6 +105,7 @@ impl Stops {
             has_left_sto: false,
             is_first: true,
             spent: 0,
+            reacted: 0,
             sto_least_ns: 0,
         }
     }
@@ -312,8 +315,9 @@ impl Stops {
     /// Starts what is asked for; bit mask of what was started.
     fn begin(&mut self, demand: &Demand, now: u64, motion: &Motion) -> u16 {
         let running = self.on();
-        // A reaction that has failed already is none.
-        let has_failed = demand.reactions & self.spent != 0;
+        // A new reaction that has failed already is none; what has handed over is answered.
+        let has_failed = demand.reactions & !self.reacted & self.spent != 0;
+        self.reacted = demand.reactions;
         if demand.sto | has_failed {
             self.enter_sto(0, now);
         }
@@ -374,7 +378,7 @@ impl Stops {
             let stop = self.table.get(usize::from(place)).and_then(Option::as_ref);
             let Some((stop, record)) = stop.zip(self.records.get_mut(usize::from(place))) else { continue };
             let verdict = record.judge(&stop.spec, now, motion);
-            let answer = answer(place, stop, &verdict);
+            let answer = answer(bit(place) | self.spent | ends.spent, stop, &verdict);
             if let Some(breach) = verdict.breach {
                 ends.is_violated = true;
                 found(place, &stop.spec, breach, verdict.phase);
@@ -428,12 +432,13 @@ enum Answer {
     HandsOver,
 }
 
-/// ETG-SS2-10: only a left line may have another reaction than STO; the stop itself is none.
-fn answer(place: u8, stop: &Stop, verdict: &Verdict) -> Answer {
+/// ETG-SS2-10: only a left line may have another reaction than STO. The stop itself and those that
+/// have left their own line before, `failed`, are none.
+fn answer(failed: u16, stop: &Stop, verdict: &Verdict) -> Answer {
     match (verdict.breach, stop.spec.reaction) {
         (None, _) if (verdict.phase == Phase::Window) & (stop.end == End::Sto) => Answer::Ends,
         (None, _) | (Some(Breach::Line), Reaction::None) => Answer::GoesOn,
-        (Some(Breach::Line), Reaction::Stop(other)) if other != place => Answer::HandsOver,
+        (Some(Breach::Line), Reaction::Stop(other)) if failed & bit(other) == 0 => Answer::HandsOver,
         (Some(_), _) => Answer::Leaves,
     }
 }

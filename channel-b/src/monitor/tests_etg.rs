@@ -340,13 +340,95 @@ fn an_ss2_off_its_line_hands_over_to_its_reaction() {
     assert_eq!(rig.step().report.stop, Stop::Sos);
 }
 
+/// ETG-SS2-10: from its own delay on SS2_1 is off its line, and its reaction may be off its own 100 ms
+/// later. Cycles from the request to STO, and the stops meanwhile.
+fn off_line(reaction: i32, of_other: i32, request: u8) -> (u64, Vec<Stop>) {
+    let line = |instance: u32| {
+        let of = |object: u32, value: i32| (etg::SS2, instance, object, value);
+        [of(1, 1000), of(3, 10_000), of(4, 100), (etg::SOS, instance, 2, 5)]
+    };
+    let reactions = [(etg::SS2, 1, 6, reaction), (etg::SS2, 2, 6, of_other)];
+    let rest = [AUTOMATIC, (etg::SS1, 1, 1, 200), (etg::SLS, 1, 2, 100), (etg::SLS, 1, 6, SS2_1)];
+    let mut rig = set(&[&line(1)[..], &line(2)[..], &reactions[..], &rest[..]].concat());
+    rig.world.speed = 500_000;
+    rig.step();
+    let begin = rig.cycle;
+    rig.world.word = without(&[request]);
+    let mut stops = Vec::new();
+    while stops.last() != Some(&Stop::Sto) {
+        stops.push(rig.step().report.stop);
+    }
+    let cycles = rig.cycle - begin - 1;
+    stops.dedup();
+    (cycles, stops)
+}
+
+const SS1_1: i32 = reference(etg::SS1, 1);
+const SS2_1: i32 = reference(etg::SS2, 1);
+const SS2_2: i32 = reference(etg::SS2, 2);
+
+/// ETG-SS2-10, ETG-ERR-01: the configured stop; STO where that is the stop itself, or one that has
+/// left its own line already.
+#[test]
+fn an_ss2_off_its_line_starts_the_reaction_it_names() {
+    let sto = reference(etg::STO, 1);
+    for request in [control::SS2_1, control::SLS_1] {
+        assert_eq!(off_line(sto, sto, request), (101, vec![Stop::Ss2, Stop::Sto]));
+        assert_eq!(off_line(SS2_1, sto, request), (101, vec![Stop::Ss2, Stop::Sto]));
+        assert_eq!(off_line(SS1_1, sto, request), (301, vec![Stop::Ss2, Stop::Ss1, Stop::Sto]));
+        assert_eq!(off_line(SS2_2, SS2_1, request), (202, vec![Stop::Ss2, Stop::Sto]));
+        assert_eq!(off_line(SS2_2, SS1_1, request), (402, vec![Stop::Ss2, Stop::Ss1, Stop::Sto]));
+    }
+}
+
+/// ETG-SOS-02: the velocity window is an option; without it the line ends at 0, and the position alone
+/// is watched from there on.
+#[test]
+fn an_sos_without_velocity_window_watches_the_position_alone() {
+    let mut rig = set(&[AUTOMATIC, (etg::SS2, 1, 1, 900), (etg::SS2, 1, 3, 1_000), (etg::SOS, 1, 1, 50)]);
+    let line = |e: i64| (500_000 - e * 1_000).max(700);
+    let word = without(&[control::SS2_1]);
+    assert_eq!(run(&mut rig, word, line), (Some(500), vec![]));
+    rig.world.speed = 5_000;
+    assert_eq!(rig.step().report.stop, Stop::Sos);
+    rig.world.position = 51;
+    assert_eq!(codes(&rig.step()), [[etg::SOS << 16 | 0x101, 0, 0, 0]]);
+    // On the way there the line counts.
+    let mut fast = set(&[AUTOMATIC, (etg::SS2, 1, 1, 900), (etg::SS2, 1, 3, 1_000), (etg::SOS, 1, 1, 50)]);
+    let (end, codes) = run(&mut fast, word, |e| 500_000 - e * 999);
+    assert_eq!((end, codes), (Some(1), vec![[etg::SS2 << 16 | 0x101, 0, 0, 0]]));
+}
+
+/// DEC-41, ETG-SBC-08: what nothing could request, and a second brake, is refused, never left out.
+#[test]
+fn an_instance_that_nothing_can_request_is_refused() {
+    let refused = |rows: &[(u32, u32, u32, i32)], key: u32| {
+        let first = set(rows).step();
+        assert_eq!((first.report.phase, codes(&first)), (Phase::Refused, vec![[key, 0, 0, 0]]), "{rows:?}");
+    };
+    let sls = [(etg::SLS, 5, 1, 100), (etg::SLS, 5, 2, 500)];
+    refused(&sls, etg_key(etg::SLS, 5, 0));
+    refused(&[(etg::SOS, 3, 1, 100)], etg_key(etg::SOS, 3, 0));
+    refused(&[(etg::SS1, 3, 1, 100)], etg_key(etg::SS1, 3, 0));
+    refused(&[(etg::SBC, 1, 1, 100), (etg::SBC, 2, 1, 200)], etg_key(etg::SBC, 2, 0));
+    // Requested by an error, or ending an SS2 that is.
+    let reaction = [(etg::SLS, 1, 2, 100), (etg::SLS, 1, 6, reference(etg::SS2, 3)), (etg::SS2, 3, 1, 100)];
+    let named = [&reaction[..], &[(etg::SOS, 3, 1, 100), (etg::SLT, 9, 1, 5)]].concat();
+    refused(&named, etg_key(etg::SLT, 9, 0));
+    assert!(set(&named[..4]).step().report.ready);
+}
+
 /// ETG-GEN-05, ETG-GEN-12: eight SS1 and eight SS2 at once; one more is refused at load.
 #[test]
 fn eight_ss1_and_eight_ss2_fit_and_the_seventeenth_stop_is_refused() {
-    let mut all: Vec<_> = (1..=8).flat_map(|i| [(etg::SS1, i, 1, 900), (etg::SS2, i, 1, 900)]).collect();
-    assert!(set(&all).step().report.ready);
-    all.push((etg::SS2, 9, 1, 900));
-    let refused = set(&all).step();
+    let all = |ss2: u32| {
+        let stops = (1..=8).map(|i| (etg::SS1, i)).chain((1..=ss2).map(|i| (etg::SS2, i)));
+        let rows =
+            |(of, i)| [(etg_key(of, i, 1), 900), (common::CONTROL_WORD + of * 32 + i, reference(of, i))];
+        Rig::new(Profile::Etg61002, &stops.flat_map(rows).collect::<Vec<_>>())
+    };
+    assert!(all(8).step().report.ready);
+    let refused = all(9).step();
     assert_eq!(
         (refused.report.phase, codes(&refused)),
         (Phase::Refused, vec![[etg::SS2 << 16 | 0x900, 0, 0, 0]])

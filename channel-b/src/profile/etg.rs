@@ -91,7 +91,8 @@ fn rows<'a>(image: &'a Image<'a>) -> Builder<'a> {
     builder
 }
 
-/// First instance for which there is no room besides the others, as a key without object.
+/// First instance for which there is no room besides the others, or that nothing can request, as a
+/// key without object.
 pub fn unfit(image: &Image<'_>) -> Option<u32> {
     rows(image).unfit
 }
@@ -136,7 +137,7 @@ fn octets(image: &Image<'_>, base: u32) -> u8 {
 struct Builder<'a> {
     image: &'a Image<'a>,
     plan: Plan,
-    /// First instance there is no room for.
+    /// First instance there is no room for, or no request.
     unfit: Option<u32>,
     /// Function and instance of each stop place.
     places: [(u32, u32); crate::engine::stops::STOPS_MAX],
@@ -262,6 +263,10 @@ impl Builder<'_> {
         let Some(place) = self.plan.stops.add(stop) else {
             return self.refuse(function, instance);
         };
+        let is_lost = (stop.spec.control == NO_BIT) && !self.is_reaction(function, instance);
+        if is_lost {
+            self.refuse(function, instance);
+        }
         let restart = self.find(etg::SS2, instance, 5).unwrap_or(1) != 0;
         if (function == etg::SS2) & restart {
             self.plan.sos_needs_restart |= 1 << (place & 15);
@@ -300,11 +305,12 @@ impl Builder<'_> {
         approach.timeout_strict = zero.is_some();
         let travel = self.find(etg::SOS, instance, 1);
         let hold = travel.map_or(Range::OPEN, |half| Range::around_zero(Quantity::Travel, half));
-        // Without a velocity window the SOS watches the position only.
-        let is_open = zero.is_none() & (approach.slope.num == 0);
+        // ETG-SOS-02: without a velocity window the line ends at 0 and only the position is watched.
+        let lands_free = zero.is_none();
+        let is_open = lands_free & (approach.slope.num == 0);
         let window = if is_open { Range::OPEN } else { window };
         let reaction = self.reaction(etg::SS2, instance, 6);
-        let spec = Spec { approach, window, hold, latch_late: true, reaction, ..base };
+        let spec = Spec { approach, window, hold, lands_free, latch_late: true, reaction, ..base };
         Stop { spec, end: End::Sos, standing_status, resumes: false }
     }
 
@@ -344,10 +350,16 @@ impl Builder<'_> {
                 let limit = self.value(etg::SLS, instance, 2).saturating_mul(RPM);
                 self.add_timed(etg::SLS, instance, Range::around_zero(Quantity::Speed, limit));
             }
-            etg::SBC => {
-                self.base(etg::SBC, instance);
-            }
+            etg::SBC => self.add_brake(instance),
             _ => {}
+        }
+    }
+
+    /// One brake hangs on a channel: a second would share its output (ETG-SBC-08).
+    fn add_brake(&mut self, instance: u32) {
+        self.base(etg::SBC, instance);
+        if instance != 1 {
+            self.refuse(etg::SBC, instance);
         }
     }
 
@@ -370,17 +382,29 @@ impl Builder<'_> {
         self.add(Spec { approach, window, reaction, ..base });
     }
 
-    /// A function without a control bit that needs one can never be requested by the master;
-    /// it stays out rather than being always on.
+    /// What is not active by its parameters needs a control bit, else nothing can request it. It
+    /// stays out rather than being always on, and the set is refused (DEC-41).
     fn add(&mut self, spec: Spec) {
-        let function = spec.id >> 16;
+        let (function, instance) = (spec.id >> 16, spec.id >> 8 & 0xFF);
         let by_parameter = matches!(function, etg::SMS | etg::SMA | etg::SSM | etg::SCA);
-        if by_parameter | (spec.control != NO_BIT) {
-            let has_room = self.plan.bank.add(spec);
-            if !has_room {
-                self.refuse(function, spec.id >> 8 & 0xFF);
-            }
+        let is_reached = by_parameter | (spec.control != NO_BIT);
+        let fits = !is_reached || self.plan.bank.add(spec);
+        let is_lost = !(is_reached | self.ends_ss2(function, instance));
+        if !fits | is_lost {
+            self.refuse(function, instance);
         }
+    }
+
+    /// ETG-SS2-02: the windows of SOS k are those of SS2 k.
+    fn ends_ss2(&self, function: u32, instance: u32) -> bool {
+        (function == etg::SOS) & self.places.contains(&(etg::SS2, instance))
+    }
+
+    /// A stop without a control bit is one only as somebody's reaction.
+    fn is_reaction(&self, function: u32, instance: u32) -> bool {
+        let wanted = reference(function, instance);
+        let mut objects = self.image.entries().filter(|(key, _)| key >> 16 <= etg::SCA);
+        objects.any(|(key, value)| (value == wanted) & (is_reaction(key >> 16, key & 0xFF)))
     }
 
     fn refuse(&mut self, function: u32, instance: u32) {
@@ -409,6 +433,12 @@ impl Builder<'_> {
             closes,
         }
     }
+}
+
+/// Whether an object names an error reaction.
+fn is_reaction(function: u32, object: u32) -> bool {
+    let of_timed = TIMED.iter().find(|row| row.0 == function).map(|row| row.1[4]);
+    object == of_timed.unwrap_or(REACTION)
 }
 
 /// Plain windows: quantity, scale, and whether both limits are magnitudes (DEC-31, DEC-39).
