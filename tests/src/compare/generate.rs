@@ -200,18 +200,21 @@ impl<'a> Plan<'a> {
         let pair = self.random.between(0, 3) as usize;
         let level = !self.lines[pair].0;
         let skew = self.random.pick(&[0, 0, 0, 1, 3, 9, 10, 11, 12, 20, 119, 120, 121]);
-        self.lines[pair].0 = level;
-        if skew == 0 {
-            self.lines[pair].1 = level;
+        let second_leads = self.random.chance(50);
+        self.set_line(pair, second_leads, level);
+        self.now += skew;
+        self.set_line(pair, !second_leads, level);
+    }
+
+    fn set_line(&mut self, pair: usize, is_second: bool, level: bool) {
+        let lines = &mut self.lines[pair];
+        if is_second {
+            lines.1 = level;
+        } else {
+            lines.0 = level;
         }
         let lines = self.lines;
         self.row().lines = Some(lines);
-        if skew > 0 {
-            self.now += skew;
-            self.lines[pair].1 = level;
-            let lines = self.lines;
-            self.row().lines = Some(lines);
-        }
     }
 
     fn accelerate(&mut self) {

@@ -41,6 +41,7 @@ struct Test {
 #[derive(Debug, Clone)]
 pub struct Input {
     lines: [(Steady, Steady); 2],
+    /// What the contact function test says, whether or not an error hides it.
     on: bool,
     test: Option<Test>,
     failed: Option<Test>,
@@ -54,9 +55,9 @@ impl Input {
         Self { lines: [line(levels.0), line(levels.1)], on, test: None, failed: None }
     }
 
-    /// The internal valuation: ON.
+    /// The internal valuation: ON. LNZ-IN-04: a faulty input is OFF until it is acknowledged.
     pub fn is_on(&self) -> bool {
-        self.on
+        self.on && self.failed.is_none()
     }
 
     /// Whether messages 49 to 52 stand.
@@ -66,7 +67,7 @@ impl Input {
 
     /// LNZ-IN-15, LNZ-IN-17: only after the level that was missing was seen at both channels.
     pub fn acknowledge(&mut self) {
-        if self.failed.is_some_and(|test| test.seen == (true, true)) {
+        if self.failed.is_some_and(|test| test.is_passed()) {
             self.failed = None;
         }
     }
@@ -80,17 +81,20 @@ impl Input {
             line.1.step(level, now, delay)
         };
         let levels = (filtered(first, levels.0), filtered(second, levels.1));
+        if let Some(failed) = self.failed.as_mut().filter(|failed| !failed.is_passed()) {
+            failed.see(levels);
+            if !failed.is_passed() {
+                return;
+            }
+            self.on = failed.wanted;
+        }
+        // Under an error too: a late rise is a discrepancy of its own (LNZ-IN-16, LNZ-IN-18).
         self.judge(levels, now, parameters.sub(15_033, number));
     }
 
     /// LNZ-EX-34, row by row.
     fn judge(&mut self, levels: (bool, bool), now: i64, discrepancy: i64) {
         let both_high = levels == (true, true);
-        if let Some(test) = &mut self.failed {
-            // LNZ-IN-04: a faulty input is OFF until it is acknowledged.
-            test.see(levels, both_high);
-            return;
-        }
         let begin = |wanted| Some(Test { wanted, since: now, seen: (false, false) });
         if self.test.is_none() && self.on && !both_high {
             self.on = false;
@@ -99,8 +103,8 @@ impl Input {
             self.test = begin(true);
         }
         let Some(test) = &mut self.test else { return };
-        test.see(levels, both_high);
-        if test.seen == (true, true) {
+        test.see(levels);
+        if test.is_passed() {
             self.on = test.wanted;
             self.test = None;
         } else if test.wanted && levels == (false, false) {
@@ -114,11 +118,19 @@ impl Input {
 
 impl Test {
     /// HIGH has to be seen at both at once, LOW at each.
-    fn see(&mut self, levels: (bool, bool), both_high: bool) {
+    fn see(&mut self, levels: (bool, bool)) {
+        if self.is_passed() {
+            return;
+        }
+        let both_high = levels == (true, true);
         if self.wanted {
             self.seen = (both_high, both_high);
         } else {
             self.seen = (self.seen.0 || !levels.0, self.seen.1 || !levels.1);
         }
+    }
+
+    fn is_passed(&self) -> bool {
+        self.seen == (true, true)
     }
 }

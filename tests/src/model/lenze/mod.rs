@@ -20,7 +20,7 @@ use shm_schema::facts::lenze_sm301::{control, status};
 use shm_schema::word::Word;
 
 use inputs::Input;
-use monitors::{DirectionMonitor, SpeedMonitor};
+use monitors::{DirectionMonitor, Overspeed, SpeedMonitor};
 use parameters::Parameters;
 use pulse::Pulse;
 use special::{Change, Special};
@@ -73,6 +73,8 @@ pub struct Lenze {
     stop: Stop,
     speeds: [SpeedMonitor; 5],
     directions: [DirectionMonitor; 2],
+    /// By error number, until the acknowledge: the time runs on without the request.
+    overspeeds: BTreeMap<u32, Overspeed>,
     errors: BTreeMap<u32, Target>,
 }
 
@@ -91,6 +93,7 @@ impl Lenze {
             stop: Stop::NONE,
             speeds: Default::default(),
             directions: Default::default(),
+            overspeeds: BTreeMap::new(),
             errors: BTreeMap::new(),
         }
     }
@@ -194,6 +197,7 @@ impl Lenze {
         let ended = self.errors.iter().filter(|(code, target)| finished(**code, **target));
         let cleared: BTreeSet<u32> = ended.map(|(code, _)| *code).collect();
         self.errors.retain(|code, _| !cleared.contains(code));
+        self.overspeeds.retain(|code, _| !cleared.contains(code));
         for (index, monitor) in self.speeds.iter_mut().enumerate() {
             let own = if index == 0 { number::SMS } else { number::SLS + index as u32 - 1 };
             if cleared.contains(&own) {
@@ -213,7 +217,9 @@ impl Lenze {
         let motion = self.parameters.code(15_201);
         let limit = self.parameters.sub(15_330, (motion - 2).clamp(0, 4) as u32) * 1000;
         let kept = motion == 11 || speed.abs() <= limit;
-        match self.special.step(demands.special, demands.enable, kept) {
+        // LNZ-OMS-08: an emergency stop is state 5, which ES does not lead out of.
+        let may_confirm = kept && !demands.emergency;
+        match self.special.step(demands.special, demands.enable, may_confirm) {
             Change::None => {}
             // LNZ-OMS-14: running stopping times need not be waited for.
             Change::Confirmed => self.stop.confirm(!self.errors.is_empty()),
@@ -298,8 +304,8 @@ impl Lenze {
         for index in 1..5u8 {
             let monitor = &self.speeds[usize::from(index)];
             let limit = self.parameters.sub(15_330, index.into()) * 1000;
-            let is_kept = speed.abs() <= limit && monitor.violated_at.is_none();
-            let active = monitor.since.is_some() && monitor.violated_at.is_none();
+            let is_kept = speed.abs() <= limit && !monitor.violated;
+            let active = monitor.since.is_some() && !monitor.violated;
             shown = shown.with(status::SLS1_ACTIVE + index - 1, active);
             // LNZ-SLS-02: as soon as the speed is below the limit.
             shown = shown.with(status::SLS1_MONITORED + index - 1, active && is_kept);
@@ -337,8 +343,15 @@ impl Channel for Lenze {
         if self.stop.state() != StopState::Sto {
             let (speeds, directions) = self.wanted(&demands);
             for (index, wanted) in speeds.into_iter().enumerate() {
-                found.extend(self.speeds[index].step(&self.parameters, index, wanted, now, speed));
+                let overspeed = self.speeds[index].step(&self.parameters, index, wanted, now, speed);
+                if let Some(new) = overspeed {
+                    self.overspeeds.entry(new.code).or_insert(new);
+                    found.push((new.code, new.reaction));
+                }
             }
+            let is_late = |one: &Overspeed| one.is_overdue(&self.parameters, now, speed);
+            let late = self.overspeeds.values().any(is_late);
+            found.extend(late.then_some((number::NOT_BACK, Target::Sto)));
             for (index, wanted) in directions.into_iter().enumerate() {
                 found.extend(self.directions[index].step(&self.parameters, index, wanted, now, position));
             }
@@ -349,6 +362,7 @@ impl Channel for Lenze {
         if self.stop.state() == StopState::Sto {
             self.speeds = Default::default();
             self.directions = Default::default();
+            self.overspeeds.clear();
         }
         let terminals = u32::from(input.ais) << 4 | u32::from(input.aie) << 5;
         let view = ChannelView {

@@ -9,8 +9,8 @@ use super::stops::Target;
 pub struct SpeedMonitor {
     /// Requested since, ms.
     pub since: Option<i64>,
-    /// Violated since, ms.
-    pub violated_at: Option<i64>,
+    /// Until the acknowledge, or until the request is withdrawn.
+    pub violated: bool,
 }
 
 /// One monitor of direction.
@@ -33,10 +33,10 @@ impl SpeedMonitor {
         requested: bool,
         now: i64,
         speed: i64,
-    ) -> Vec<(u32, Target)> {
+    ) -> Option<Overspeed> {
         if !requested {
             *self = Self::default();
-            return Vec::new();
+            return None;
         }
         let since = *self.since.get_or_insert(now);
         let sub = index as u32;
@@ -47,19 +47,31 @@ impl SpeedMonitor {
             let reaction = parameters.reaction(15_332, sub);
             (parameters.sub(15_330, sub), delay, number::SLS + sub - 1, reaction)
         };
-        let too_fast = speed.abs() > limit * 1000;
-        let mut found = Vec::new();
-        if self.violated_at.is_none() && too_fast && now - since >= delay {
-            self.violated_at = Some(now);
-            found.push((own, reaction));
+        let limit = limit * 1000;
+        if self.violated || speed.abs() <= limit || now - since < delay {
+            return None;
         }
-        // LNZ-SMS-06: back within C15350, or STO; LNZ-SMS-07: not after STO.
-        let response = parameters.code(15_350);
-        let overdue = self.violated_at.is_some_and(|at| now - at >= response);
-        if overdue && too_fast && reaction != Target::Sto {
-            found.push((number::NOT_BACK, Target::Sto));
-        }
-        found
+        self.violated = true;
+        Some(Overspeed { code: own, reaction, at: now, limit })
+    }
+}
+
+/// A violated limit of speed.
+#[derive(Debug, Clone, Copy)]
+pub struct Overspeed {
+    /// Error number.
+    pub code: u32,
+    /// The configured stop.
+    pub reaction: Target,
+    at: i64,
+    limit: i64,
+}
+
+impl Overspeed {
+    /// LNZ-SMS-06: back within C15350, or STO; LNZ-SMS-07: not after STO.
+    pub fn is_overdue(&self, parameters: &Parameters, now: i64, speed: i64) -> bool {
+        let has_had_its_time = now - self.at >= parameters.code(15_350);
+        has_had_its_time && speed.abs() > self.limit && self.reaction != Target::Sto
     }
 }
 

@@ -22,27 +22,28 @@ pub enum Change {
 }
 
 impl Special {
-    /// One cycle; `kept`: the reduced speed is monitored and kept, where one is chosen.
-    pub fn step(&mut self, selected: bool, enable: bool, kept: bool) -> Change {
+    /// One cycle; `may_confirm`: the reduced speed is kept, where one is chosen, and no
+    /// emergency stop makes this state 5.
+    pub fn step(&mut self, selected: bool, enable: bool, may_confirm: bool) -> Change {
         let before = self.enable_before.replace(enable).unwrap_or(enable);
         // LNZ-ES-03: only the change from 0 to 1.
         let edge = enable && !before;
-        self.confirmed &= enable;
         if !self.active {
             // LNZ-ES-01: in normal operation ES has no function.
             self.active = selected;
             return Change::None;
         }
         if self.confirmed {
+            // LNZ-OMS-12: the way back leads through state 2 and its stop.
+            self.confirmed = enable;
             return Change::None;
         }
         if !selected {
-            // LNZ-OMS-12: back only from state 2.
             self.active = false;
             return Change::Left;
         }
         // LNZ-OMS-22
-        self.confirmed = edge && kept;
+        self.confirmed = edge && may_confirm;
         if self.confirmed { Change::Confirmed } else { Change::None }
     }
 }

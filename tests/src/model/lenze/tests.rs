@@ -134,3 +134,87 @@ fn emergency_stop_is_sto_or_ss1() {
         assert!(played.bit(10, bit) && played.bit(10, status::SSE_ACTIVE));
     }
 }
+
+/// Special operation by the bus: OMS at 10 ms, ES at 20 ms.
+fn special(changes: &[(u32, u32, i32)]) -> Script {
+    script(changes).bit(10, control::OMS, true).bit(20, control::ES, true)
+}
+
+/// LNZ-OMS-02, LNZ-OMS-12: the way back leads through state 2 even when ES and OMS end together.
+#[test]
+fn special_operation_ends_in_its_stop() {
+    let played = special(&[(15_201, 0, 11), (15_203, 0, 0)])
+        .bit(40, control::ES, false)
+        .bit(40, control::OMS, false)
+        .bit(60, control::PS_AIS, true)
+        .run(70);
+    assert!(played.bit(39, status::ES_ACTIVE) && !played.bit(39, status::STO_ACTIVE));
+    assert!(played.bit(40, status::STO_ACTIVE) && played.bit(40, status::OMS_ACTIVE));
+    assert!(played.bit(59, status::STO_ACTIVE) && !played.bit(41, status::OMS_ACTIVE));
+    assert!(!played.bit(60, status::STO_ACTIVE));
+}
+
+/// LNZ-OMS-06, LNZ-OMS-08, LNZ-ES-03: from state 5 no edge leads to state 3.
+#[test]
+fn an_enable_edge_under_an_emergency_stop_confirms_nothing() {
+    let played = special(&[(15_201, 0, 11), (15_203, 0, 0)])
+        .bit(20, control::SSE, false)
+        .bit(40, control::SSE, true)
+        .bit(50, control::ES, false)
+        .bit(60, control::ES, true)
+        .run(70);
+    assert_eq!(played.first(status::ES_ACTIVE, true), Some(60));
+}
+
+/// LNZ-OMS-22: in STO the limit itself is asked for.
+#[test]
+fn the_enable_switch_leads_out_of_sto_when_the_reduced_speed_is_kept() {
+    for (speed, confirmed) in [(500.0, true), (500.001, false)] {
+        let set = [(15_201, 0, 3), (15_203, 0, 0), (15_330, 1, 500), (15_331, 1, 100)];
+        let played = special(&set).speed(&[(0, speed)]).run(30);
+        assert_eq!(played.bit(20, status::ES_ACTIVE), confirmed);
+        assert_eq!(played.bit(20, status::STO_ACTIVE), !confirmed);
+    }
+}
+
+/// LNZ-SMS-06: the response time belongs to the error stop.
+#[test]
+fn the_response_time_runs_on_without_the_request() {
+    let set = [(15_330, 1, 500), (15_331, 1, 0), (15_332, 1, 1), (15_350, 0, 30)];
+    let played =
+        script(&set).speed(&[(0, 900.0)]).bit(10, control::SLS1, false).bit(20, control::SLS1, true).run(50);
+    assert_eq!(played.first(status::STO_ACTIVE, true), Some(40));
+    assert_eq!(played.crosscheck(40).errors, [[98, 0, 0, 0], [102, 0, 0, 0]]);
+}
+
+/// What a pair of active sensors at SD-In1 shows, its error acknowledged at 200 ms.
+fn pair(changes: &[(i64, (bool, bool))]) -> super::super::script::Played {
+    let set = [(15_030, 1, 2), (15_031, 1, 0), (15_032, 1, 9), (15_033, 1, 10)];
+    let lines = |script: Script, (at, levels): &(i64, (bool, bool))| {
+        let levels = *levels;
+        script.at(*at, move |input| input.se[0] = levels)
+    };
+    let played = changes.iter().fold(script(&set), lines);
+    played.bit(200, control::PS_AIE, true).run(300)
+}
+
+/// LNZ-IN-14, LNZ-IN-15, LNZ-IN-18 (LNZ-EX-34)
+#[test]
+fn an_acknowledged_pair_is_on_when_its_lines_rose_together() {
+    for (first, second) in [((false, true), (false, false)), ((true, false), (false, false))] {
+        let played = pair(&[(100, first), (130, second), (150, (true, true))]);
+        assert_eq!(played.first(status::SD_IN1, false), Some(102));
+        assert_eq!(played.first(status::ERROR_ACTIVE, true), Some(113));
+        assert!(!played.bit(199, status::SD_IN1) && played.bit(200, status::SD_IN1));
+    }
+}
+
+/// LNZ-IN-16, LNZ-IN-17
+#[test]
+fn a_late_rise_under_an_error_is_a_new_discrepancy() {
+    let refused = pair(&[(100, (false, true)), (130, (false, false)), (150, (true, false))]);
+    assert!(refused.bit(300, status::ERROR_ACTIVE) && !refused.bit(300, status::SD_IN1));
+    let again = pair(&[(100, (false, true)), (130, (false, false)), (195, (true, false))]);
+    assert!(!again.bit(200, status::ERROR_ACTIVE) && !again.bit(207, status::ERROR_ACTIVE));
+    assert!(again.bit(208, status::ERROR_ACTIVE));
+}
