@@ -193,6 +193,7 @@ impl Monitor {
             is_first: self.is_first,
             is_settled,
             in_sto: self.plan.stops.in_sto() & !is_settled,
+            is_idle: self.plan.stops.is_idle(),
             rests: self.plan.stops.rests(now_ns),
             held: self.plan.stops.held(),
             motion: &cells.motion,
@@ -211,6 +212,7 @@ impl Monitor {
         let restart = self.plan.logic.restarts(edges.restart, self.restart_pending, now_ns);
         let in_sto = self.functions(&requested, &cells, restart | starts, now_ns);
         let requested = self.plan.logic.settle(requested);
+        self.asked |= self.asked(&requested);
         self.plan.logic.watch(&asked, &requested, in_sto, &mut self.ledger);
         self.react(&requested, &cells, now_ns);
         let report = self.compare(inputs, &cells, &requested, now_ns);

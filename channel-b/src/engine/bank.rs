@@ -73,7 +73,8 @@ struct Slot {
 enum State {
     Idle,
     Active(Record),
-    /// Violated; waits for the acknowledgement of its error.
+    /// Violated; waits for the acknowledgement of its error, or for the end of its request: a new
+    /// one is a new activation.
     Tripped,
 }
 
@@ -195,13 +196,13 @@ impl Slot {
         let is_suspended = in_sto & !self.spec.in_sto;
         let is_off = is_suspended | !self.control.is_set(requested);
         match &self.state {
-            State::Tripped => return Seen::OFF,
+            State::Tripped if is_suspended | !is_off => return Seen::OFF,
             _ if is_off => {
                 self.state = State::Idle;
                 return Seen::OFF;
             }
             State::Active(_) => {}
-            State::Idle => self.state = State::Active(Record::begin(now, motion)),
+            State::Idle | State::Tripped => self.state = State::Active(Record::begin(now, motion)),
         }
         if self.spec.bit_only {
             return Seen { breach: None, is_active: true, is_shown: is_inside(&self.spec, motion) };

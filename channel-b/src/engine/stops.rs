@@ -28,7 +28,7 @@ pub struct Stop {
     pub end: End,
     /// Status bit of the standing SOS, or [`super::spec::NO_BIT`].
     pub standing_status: u8,
-    /// Requested when STO is left it stands at once (LNZ-SOS-04, LNZ-PRIO-04).
+    /// Requested, not a reaction, when STO is left it stands at once (LNZ-SOS-04, LNZ-PRIO-04).
     pub resumes: bool,
 }
 
@@ -331,16 +331,17 @@ impl Stops {
         let rank = if is_ss1 { self.ss1 } else { u16::MAX };
         let begun = asked & rank;
         for place in places(begun) {
-            self.start(place, Record::begin(now, motion));
+            let is_request = demand.requests & bit(place) != 0;
+            self.start(place, Record::begin(now, motion), is_request & self.has_left_sto);
         }
         self.set_running((running & rank) | begun);
         begun
     }
 
-    fn start(&mut self, place: u8, record: Record) {
+    fn start(&mut self, place: u8, record: Record, is_left_over: bool) {
         let resumes = self.of(bit(place)).any(|(_, stop)| stop.resumes);
         if let Some(entry) = self.records.get_mut(usize::from(place)) {
-            *entry = if resumes & self.has_left_sto { record.landed() } else { record };
+            *entry = if resumes & is_left_over { record.landed() } else { record };
         }
     }
 

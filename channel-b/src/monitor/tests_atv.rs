@@ -228,6 +228,26 @@ fn sls_holds_the_sto_of_the_ss1_it_asked_for() {
     assert_eq!(rig.step().report.stop, Stop::None);
 }
 
+/// DEC-13: one sample asks for the SS1 of SLS type 6 and for the STO of SMS. The SS1 does not begin, so
+/// it holds no STO either: the reset leaves it, and the same limits are judged anew.
+#[test]
+fn the_highest_of_what_one_sample_asks_for_begins() {
+    let types = [(66, 1), (39, 6), (48, 200), (50, 100), (56, 1), (57, 300), (58, 300), (40, 100)];
+    let mut rig = set(&types);
+    let (word, reset) = (with(control::SLS), with(control::SLS) | 1 << control::SAFETY_RESET);
+    rig.world.speed = 40 * HZ;
+    rig.world.word = word;
+    let both = rig.step();
+    assert_eq!((both.report.stop, numbers(&both)), (Stop::Sto, vec![0x0B4]));
+    rig.until(|cycle, _| assert!(cycle < 1_000), |_| true);
+    rig.world.speed = 0;
+    rig.world.word = reset;
+    rig.step();
+    assert_eq!(numbers(&rig.step()), [0; 0]);
+    let left = rig.until(|_, _| (), |o| o.report.ready);
+    assert!(left.is_some());
+}
+
 /// ATV-SLST4-01, ATV-SLST4-02, ATV-SLST5-03, ATV-SEQ-07.
 #[test]
 fn types_4_and_5_permit_both_directions() {

@@ -228,10 +228,69 @@ fn special_operation_stops_and_moves_only_with_the_enable_switch() {
     assert!(bit(&emergency, shown::SSE_ACTIVE) & !emergency.report.ready);
     rig.world.word = special;
     assert_eq!(rig.step().report.stop, Stop::Sto);
+    // LNZ-STOP-02: nor what is left of it before its restart acknowledge.
     rig.world.word = enabled;
+    let confirmed = rig.step();
+    assert!(bit(&confirmed, shown::ES_ACTIVE) & !confirmed.report.ready);
+    rig.world.word = enabled | 1 << control::PS_AIS;
     assert!(rig.step().report.ready);
     rig.world.position = 1_001;
     assert_eq!(numbers(&rig.step()), [111]);
+}
+
+/// LNZ-OMS-22, DEC-14: in STO the limit of C15201 is asked at the edge; the SLS begins when STO is left.
+#[test]
+fn the_enable_switch_moves_out_of_sto_below_the_limit_of_its_sls() {
+    let enabled = NEUTRAL | 1 << control::OMS | 1 << control::ES;
+    for (speed, is_enabled) in [(500_000, true), (-500_001, false)] {
+        let mut rig = set(&[(15_200, 0, 0), (15_201, 0, 3), (15_330, 1, 500), (15_331, 1, 50)]);
+        rig.world.word = NEUTRAL | 1 << control::OMS;
+        rig.world.speed = speed;
+        assert_eq!((rig.step().report.stop, rig.step().report.stop), (Stop::Sto, Stop::Sto));
+        rig.world.word = enabled;
+        let moves = rig.step();
+        let seen = (bit(&moves, shown::ES_ACTIVE), bit(&moves, shown::SLS1_ACTIVE), moves.report.ready);
+        assert_eq!(seen, (is_enabled, is_enabled, is_enabled));
+    }
+}
+
+/// LNZ-PRIO-04, LNZ-SOS-04: only a request stands at once when STO is left; a reaction brakes.
+#[test]
+fn an_ss2_as_reaction_when_sto_is_left_brakes() {
+    let stop = |word: u32| {
+        let mut rig =
+            set(&[(15_305, 0, 400), (15_330, 1, 500), (15_332, 1, 2), (15_350, 0, 500), (15_300, 1, 1)]);
+        rig.world.word = without(control::STO);
+        rig.step();
+        rig.step();
+        rig.world.word = word;
+        rig.world.speed = 600_000;
+        rig.until(|_, _| (), |o| o.report.stop != Stop::Sto);
+        rig.last[1].map(|left| left.report.stop)
+    };
+    assert_eq!(stop(without(control::SS2)), Some(Stop::Sos));
+    assert_eq!(stop(without(control::SLS1)), Some(Stop::Ss2));
+}
+
+/// LNZ-SDI-08, LNZ-SDI-09: a violated direction is monitored again when it is requested anew, whether its
+/// error was acknowledged or not.
+#[test]
+fn a_new_request_is_a_new_activation() {
+    let mut rig = set(&[(15_342, 0, 100), (15_343, 0, 2), (15_305, 0, 50)]);
+    let word = without(control::SDIPOS);
+    rig.world.word = word;
+    rig.step();
+    rig.world.position = -101;
+    assert_eq!(numbers(&rig.step()), [103]);
+    assert!(!bit(&rig.step(), shown::SDIPOS_ACTIVE));
+    rig.world.word = NEUTRAL;
+    rig.step();
+    rig.world.word = word;
+    let again = rig.step();
+    assert!(bit(&again, shown::SDIPOS_ACTIVE));
+    assert_eq!(numbers(&again), [103]);
+    rig.world.position = -202;
+    assert!(!bit(&rig.step(), shown::SDIPOS_ACTIVE));
 }
 
 /// LNZ-IN-14, LNZ-IN-15, LNZ-EX-34.

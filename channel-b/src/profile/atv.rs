@@ -63,6 +63,8 @@ const KNOWN: u32 = 1 << control::STO
 const RELEASE_NS: u64 = 100_000_000;
 /// Place of the stop that SS1 itself asks for.
 const HELD_BY_SS1: u16 = 1;
+/// Place of the same stop asked for by SLS.
+const HELD_BY_SLS: u16 = 2;
 /// Ramp violations of SS1 after which only a restart helps (ATV-SS1-09).
 const VIOLATIONS_MAX: u32 = 5;
 
@@ -342,7 +344,7 @@ impl Logic {
         // which nothing else holds STO.
         let is_kept = asked.rests | (ss1 & self.has_ss1 & (asked.held & HELD_BY_SS1 != 0));
         let is_held = !has(control::STO) | ledger.has_error() | (asked.in_sto & is_kept);
-        let stood = self.stands();
+        let (stood, stopped) = (self.stands(), self.stops());
         // ATV-SLS-09: the motor coasts, switched off by the drive, when SLS is activated.
         let begins = sls & self.has_sls & ((self.limited == Limited::Off) | asked.in_sto) & !is_held;
         let coasts = !asked.drive_enabled & (asked.motion.speed.saturating_abs() > self.slowest);
@@ -363,7 +365,7 @@ impl Logic {
             (control::SMS_SWITCH, switch),
             (asked::STO, !has(control::STO) | (stood & self.stands()) | is_blind),
             (asked::SS1, ss1 & self.has_ss1),
-            (asked::SLS_SS1, self.stops()),
+            (asked::SLS_SS1, stopped & self.stops()),
             (asked::SLS, is_monitored),
             (asked::SMS_1, first),
             (asked::SMS_2, self.second),
@@ -371,15 +373,22 @@ impl Logic {
         requested.iter().fold(Word::ZERO, |word, (bit, value)| word.with(*bit, *value))
     }
 
-    /// Below the standstill level: STO like a violation, after the stops of the cycle have begun.
-    pub const fn settle(&self, requested: Word) -> Word {
-        if self.stands() { requested.with(asked::STO, true) } else { requested }
+    /// What SLS leads to begins like the reaction to a violation: after the stops of the cycle have
+    /// begun, and the highest of what one sample asks for (DEC-13).
+    pub fn settle(&self, requested: Word) -> Word {
+        match (self.stands(), self.stops()) {
+            (true, _) => requested.with(asked::STO, true),
+            (false, true) => requested.with(asked::SLS_SS1, true),
+            (false, false) => requested,
+        }
     }
 
     /// One cycle of SLS. In STO it begins anew every cycle (DEC-14), unless it led there.
     fn limit(&mut self, is_requested: bool, is_held: bool, asked: &Asked<'_>) {
         let speed = asked.motion.speed;
-        let ended_here = self.stands() | self.stops();
+        // Its SS1 has run; what a higher stop of the same sample has kept from beginning has not.
+        let has_run = !asked.in_sto | (asked.held & HELD_BY_SLS != 0);
+        let ended_here = self.stands() | (self.stops() & has_run);
         let begins = (self.limited == Limited::Off) | (asked.in_sto & !ended_here);
         self.limited = if !is_requested {
             Limited::Off

@@ -246,6 +246,8 @@ pub struct Logic {
     completes: bool,
     oms_requested: bool,
     emergency: bool,
+    /// An emergency stop or an error has been behind the stop that stands.
+    is_hard_stop: bool,
     levels_on: u32,
     ais: Terminal,
     aie: Terminal,
@@ -303,6 +305,7 @@ impl Logic {
             completes: false,
             oms_requested: false,
             emergency: false,
+            is_hard_stop: false,
             levels_on: 0,
             ais: Terminal::default(),
             aie: Terminal::default(),
@@ -402,16 +405,19 @@ impl Logic {
             let is_fed_back = self.levels_on >> 3 & 1 == 0;
             self.cascade.watch(is_fed_back, asked.in_sto, asked.now, ledger);
         }
-        self.operate(oms, es, bank, asked.is_settled);
+        // LNZ-STOP-02: until torque is on again, the stop is more than one of special operation.
+        let is_hard = self.emergency | ledger.has_error();
+        self.is_hard_stop = is_hard | (self.is_hard_stop & !asked.is_idle);
+        self.operate(oms, es, bank, asked);
         let all = self.resolve(word);
         self.watch_encoder(&all, ledger);
         all
     }
 
     /// State 1, 2, 3 of special operation (LNZ-OMS-04 to 12).
-    fn operate(&mut self, oms: bool, es: bool, bank: &Bank, is_settled: bool) {
+    fn operate(&mut self, oms: bool, es: bool, bank: &Bank, asked: &Asked<'_>) {
         // LNZ-ES-03: the edge confirms; a level that was there before does not.
-        let edge = es & !self.es_before & !is_settled;
+        let edge = es & !self.es_before & !asked.is_settled;
         self.es_before = es;
         self.completes = false;
         self.oms_requested = oms;
@@ -419,7 +425,7 @@ impl Logic {
             Operation::Normal if oms => Operation::Special,
             Operation::Normal => Operation::Normal,
             Operation::Special if !oms => Operation::Normal,
-            Operation::Special if edge & self.may_confirm(bank) => Operation::Confirmed,
+            Operation::Special if edge & self.may_confirm(bank, asked) => Operation::Confirmed,
             Operation::Confirmed if es => Operation::Confirmed,
             Operation::Special | Operation::Confirmed => Operation::Special,
         };
@@ -428,18 +434,23 @@ impl Logic {
         let returns = (next == Operation::Normal) & (self.operation != Operation::Normal);
         self.waits_for_restart = returns | (self.waits_for_restart & (next == Operation::Normal));
         let confirms = (next == Operation::Confirmed) & (self.operation == Operation::Special);
-        self.completes = confirms;
+        // LNZ-OMS-10, LNZ-OMS-14: only what special operation has stopped.
+        self.completes = confirms & !self.is_hard_stop;
         self.operation = next;
     }
 
-    /// LNZ-OMS-22: a limited speed must be kept. LNZ-OMS-08: an emergency stop is a state of its
+    /// LNZ-OMS-22: a limited speed must be kept; in STO, where nothing is monitored (DEC-14), the
+    /// limit itself is asked. LNZ-OMS-08: an emergency stop is a state of its
     /// own, which the edge does not leave. A standing error does not refuse it: the error stop runs
     /// whatever the enable switch says (LNZ-OMS-10).
-    fn may_confirm(&self, bank: &Bank) -> bool {
+    fn may_confirm(&self, bank: &Bank, asked: &Asked<'_>) -> bool {
         let number = self.motion.saturating_sub(3);
         let is_free = !(0..4).contains(&number);
-        let shown = status::SLS1_MONITORED.saturating_add(number.clamp(0, 3) as u8);
-        let is_kept = is_free || bank.is_active(shown);
+        let place = number.clamp(0, 3) as u8;
+        let limit = self.limits.get(usize::from(place)).copied().unwrap_or(0);
+        let is_slow = asked.motion.speed.saturating_abs() <= limit;
+        let is_monitored = bank.is_active(status::SLS1_MONITORED.saturating_add(place));
+        let is_kept = is_free | if asked.in_sto { is_slow } else { is_monitored };
         is_kept & !self.emergency
     }
 

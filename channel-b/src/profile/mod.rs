@@ -146,6 +146,8 @@ pub struct Asked<'a> {
     pub motion: &'a Motion,
     /// Torque was off in the cycle before.
     pub in_sto: bool,
+    /// No stop braked or stood then, and torque was on.
+    pub is_idle: bool,
     /// The STO of a finished stop has its least time still before it (DEC-48).
     pub rests: bool,
     /// Bit n: while the request of stop n stands, STO stands.
