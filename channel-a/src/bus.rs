@@ -83,14 +83,16 @@ pub struct Field {
 
 impl Field {
     /// The slave that `bus` asks for; an F-Device waits for its parameters first.
-    pub fn new(bus: Bus, telegram: Telegram) -> Self {
+    /// `sra`: the SRA CRC of the set.
+    pub fn new(bus: Bus, telegram: Telegram, sra: u32) -> Self {
+        let sent = sra.to_le_bytes();
         let slave = match bus {
-            Bus::Fsoe { address, session_id } => Slave::new(&Config::Fsoe(FsoeConfig {
+            Bus::Fsoe { address, session_id, sra } => Slave::new(&Config::Fsoe(FsoeConfig {
                 output_length: telegram.control,
                 input_length: telegram.inputs(),
                 address,
                 session_id,
-                application_parameters: &[],
+                application_parameters: if sra { &sent } else { &[] },
                 watchdog_ms: (1, u16::MAX),
             }))
             .ok(),

@@ -129,6 +129,11 @@ impl<'a> Image<'a> {
         if ascending { Ok(()) } else { Err(Refusal::Signature) }
     }
 
+    /// Octets of all entries, the subject of the SRA CRC.
+    pub const fn content(&self) -> &'a [u8] {
+        self.entries.as_flattened()
+    }
+
     /// All keys the image holds, ascending.
     pub fn keys(&self) -> impl Iterator<Item = u32> + '_ {
         self.entries.iter().map(|entry| word(entry, 0))
@@ -165,5 +170,20 @@ fn defaults(profile: Profile) -> &'static [Parameter] {
         Profile::LenzeSm301 => &facts::lenze_sm301::PARAMETERS,
         Profile::Atv340 => &facts::atv340::PARAMETERS,
         Profile::Etg61002 => &facts::etg_6100_2::PARAMETERS,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::black_channel::parameter_signature;
+    use crate::tests::bench::image;
+
+    #[test]
+    fn the_sra_crc_is_over_keys_and_values_low_octet_first() {
+        // black-channel.md 2.7: its vector 00 … 0F as two entries.
+        let octets = image(Profile::Etg61002, &[(0x0302_0100, 0x0706_0504), (0x0B0A_0908, 0x0F0E_0D0C)]);
+        let sra = Image::parse(&octets).map(|image| parameter_signature(image.content()));
+        assert_eq!(sra, Ok(0x0CD4_BE50));
     }
 }

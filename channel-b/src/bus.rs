@@ -52,15 +52,17 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// The slave that `protocol` names, for the telegram of a profile.
-    pub fn new(protocol: Protocol, telegram: Telegram) -> Self {
+    /// The slave that `protocol` names, for the telegram of a profile; `signature`: the SRA CRC
+    /// of the set (black-channel 2.7).
+    pub fn new(protocol: Protocol, telegram: Telegram, signature: u32) -> Self {
+        let signature = signature.to_le_bytes();
         let slave = match protocol {
-            Protocol::Fsoe { address, session_id } => Slave::new(&Config::Fsoe(fsoe::Config {
+            Protocol::Fsoe { address, session_id, sra } => Slave::new(&Config::Fsoe(fsoe::Config {
                 outputs: telegram.outputs(),
                 inputs: telegram.inputs(),
                 address,
                 session_id,
-                application_parameters: &[],
+                application_parameters: signature.get(..if sra { 4 } else { 0 }).unwrap_or(&[]),
                 watchdog_ms: WATCHDOG_MS,
             }))
             .ok(),

@@ -94,6 +94,12 @@ impl<'a> Image<'a> {
         pairs.iter().map(|[key, value]| (plain(*key), plain(*value) as i32))
     }
 
+    /// The SRA CRC over keys and values, low octet first (black-channel 2.7).
+    pub fn sra_crc(&self) -> u32 {
+        let words = self.entries().flat_map(|(key, value)| [key, value.cast_unsigned()]);
+        crate::black_channel::parameter_signature(words.flat_map(u32::to_le_bytes))
+    }
+
     /// The value of `key`, or `default` when the set does not carry it.
     pub fn value(&self, key: u32, default: i32) -> i32 {
         self.find(key).unwrap_or(default)
@@ -123,5 +129,18 @@ impl<'a> Image<'a> {
     fn check_order(&self) -> Result<(), Flaw> {
         let keys = self.entries().map(|(key, _)| key);
         if keys.clone().zip(keys.skip(1)).all(|(one, next)| one < next) { Ok(()) } else { Err(Flaw::Order) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// black-channel 2.7: its vector 00 … 0F as two entries.
+    #[test]
+    fn the_sra_crc_is_over_the_plain_keys_and_values() {
+        let entries = [(0x0302_0100, 0x0706_0504), (0x0B0A_0908, 0x0F0E_0D0C)];
+        let octets = crate::testing::of_values(Profile::Etg61002, &entries.into());
+        assert_eq!(Image::open(&octets).map(|image| image.sra_crc()), Ok(0x0CD4_BE50));
     }
 }

@@ -106,13 +106,13 @@ impl Monitor {
     }
 
     fn of(image: &Image<'_>, setup: &Setup) -> Self {
-        let mut monitor = Self::with(Plan::build(image), setup);
+        let mut monitor = Self::with(Plan::build(image), image.sra_crc(), setup);
         judge(image, &mut |code| monitor.refuse(code));
         monitor
     }
 
     fn refused(codes: &[ErrorCode], setup: &Setup) -> Self {
-        let mut monitor = Self::with(Plan::empty(), setup);
+        let mut monitor = Self::with(Plan::empty(), 0, setup);
         for code in codes {
             monitor.refuse(*code);
         }
@@ -124,7 +124,7 @@ impl Monitor {
         self.ledger.raise(Entry::sto(code, Cause::Lasting));
     }
 
-    fn with(plan: Plan, setup: &Setup) -> Self {
+    fn with(plan: Plan, sra_crc: u32, setup: &Setup) -> Self {
         let phase = match setup.start {
             Start::Cold => Phase::Boot,
             Start::Settled => Phase::Operational,
@@ -155,7 +155,7 @@ impl Monitor {
                 agreed: Agreed::new(),
                 partner_drives: false,
             },
-            bus: Bus::new(setup.bus, plan.telegram()),
+            bus: Bus::new(setup.bus, plan.telegram(), sra_crc),
             history: History::new(),
             answer: None,
             safe_outputs: SafeOutputs::new(plan.outputs, setup.cycle_ns, factor(setup)),

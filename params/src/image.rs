@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crc::{CRC_32_ISCSI, CRC_32_ISO_HDLC, Crc};
+use crc::{CRC_32_AIXM, CRC_32_ISCSI, CRC_32_ISO_HDLC, Crc};
 use serde::Serialize;
 use shm_schema::{
     image::{ENTRIES_MAX, HEADER_WORDS, MAGIC, SERIAL_OCTETS, VALIDATED, VERSION},
@@ -13,6 +13,9 @@ use crate::set::AxisSet;
 
 const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CRC32C: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+
+/// What FSoE masters send (black-channel.md 2.7).
+const SRA: Crc<u32> = Crc::<u32>::new(&CRC_32_AIXM);
 
 /// The three signatures of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -75,6 +78,17 @@ impl AxisSet {
     /// The signatures of this set for its serial number.
     pub fn signatures(&self) -> Signatures {
         signatures(self.profile as u32, &self.serial, &self.values)
+    }
+
+    /// The SRA CRC over keys and values, which an FSoE master sends in the first four octets of
+    /// its application parameters where the machine file says `sra = true`.
+    pub fn sra_crc(&self) -> u32 {
+        let mut digest = SRA.digest();
+        for (key, value) in &self.values {
+            digest.update(&key.to_le_bytes());
+            digest.update(&value.to_le_bytes());
+        }
+        digest.finalize()
     }
 
     /// Encoding A: little endian.

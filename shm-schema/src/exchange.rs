@@ -119,6 +119,9 @@ pub enum Bus {
         address: u16,
         /// Id of the first session, drawn anew for each start; each later session uses one more.
         session_id: u16,
+        /// The master has to send the SRA CRC of the set, [`crate::image`], in its application
+        /// parameters; `false`: it has to send none.
+        sra: bool,
     },
     /// PROFIsafe F-Device.
     Profisafe {

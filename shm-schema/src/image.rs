@@ -19,6 +19,10 @@
 //! complement of CRC-32C (iSCSI) over all octets before, big endian. The signatures inside
 //! are those of A's encoding, so that both channels report the same numbers; channel B
 //! computes them from its own copy.
+//!
+//! The SRA CRC of a set (black-channel.md 2.7), for an FSoE master, is the CRC-32/AIXM over the
+//! octets of all entries in encoding A: keys and values, no header, so that it is the same for
+//! every device and axis that carries the set.
 
 /// First word of every image ("SPI1").
 pub const MAGIC: u32 = 0x3149_5053;

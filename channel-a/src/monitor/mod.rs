@@ -10,6 +10,7 @@ use shm_schema::io::Io;
 use shm_schema::report::Phase;
 use shm_schema::wire::{DIGEST_START, digest, join};
 
+use crate::black_channel::parameter_signature;
 use crate::bus::{Field, Heard, ProcessData};
 use crate::clock::Measured;
 use crate::encoder::{Evaluation, Reading};
@@ -87,6 +88,7 @@ impl Monitor {
                 Program::refused()
             }
         };
+        let sra = parsed.map_or(0, |image| parameter_signature(image.content()));
         let phase = match setup.start {
             _ if errors.removes_torque() => Phase::Refused,
             Start::Cold => Phase::Boot,
@@ -104,7 +106,7 @@ impl Monitor {
             encoder_cell: Fresh::new(),
             io_cell: Fresh::new(),
             command_cell: Fresh::new(),
-            field: Field::new(setup.bus, program.telegram),
+            field: Field::new(setup.bus, program.telegram, sra),
             partner: Partner::new(program.tolerance, program.signature, setup),
             path: Path::new(setup.cycle_ns, patience),
             own_follow: Follow::new(patience),

@@ -224,7 +224,7 @@ mod tests {
         .unwrap();
         assert_eq!((options.age_factor, options.partner_build), (10, 77));
         assert_eq!(options.bus_of(1), Bus::None);
-        assert_eq!(options.bus_of(2), Bus::Fsoe { address: 5, session_id: 4_660 });
+        assert_eq!(options.bus_of(2), Bus::Fsoe { address: 5, session_id: 4_660, sra: false });
         assert_eq!(options.bus_of(64), Bus::Profisafe { address: 7 });
         assert_eq!((options.cycle_us, options.phase_us, options.axes.len()), (250, 100, 3));
         assert!(options.plain_command);

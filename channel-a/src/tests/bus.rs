@@ -52,7 +52,8 @@ const TRACE_A: [(&str, &str); 5] = [
 fn a_recorded_handshake_is_answered_octet_for_octet_with_the_data_part() {
     // black-channel.md 4.2, design 9
     let words = [(common::CONTROL_WORD + 63, 0), (common::STATUS_WORD + 95, 0)];
-    let mut bench = on_bus(Profile::Etg61002, &words, Bus::Fsoe { address: 3, session_id: 0x9ABD });
+    let mut bench =
+        on_bus(Profile::Etg61002, &words, Bus::Fsoe { address: 3, session_id: 0x9ABD, sra: false });
     for (number, (frame, answer)) in TRACE_A.into_iter().enumerate() {
         // Without both reports of the exchange before the application is not enabled.
         bench.partner_alive = number < 4;
@@ -78,7 +79,7 @@ struct Amk {
 
 impl Amk {
     fn connected() -> Self {
-        let bus = Bus::Fsoe { address: 3, session_id: 0x1000 };
+        let bus = Bus::Fsoe { address: 3, session_id: 0x1000, sra: false };
         let mut amk = Self { bench: on_bus(Profile::AmkKw, &[(67, 3_000)], bus), master: TestMaster::new() };
         amk.connect();
         amk

@@ -14,7 +14,7 @@ use crate::black_channel::fsoe::tests::traces::{TRACE_A, octets};
 use crate::black_channel::profisafe::tests::{BLOCK, telegram};
 use crate::testing::{MS, NONCE, Rig, cell, codes, image, status};
 
-const FSOE: Bus = Bus::Fsoe { address: 5, session_id: 0x0201 };
+const FSOE: Bus = Bus::Fsoe { address: 5, session_id: 0x0201, sra: false };
 const PROFISAFE: Bus = Bus::Profisafe { address: 7 };
 const NEUTRAL: [u8; 4] = [0x7F, 0x7E, 0, 0];
 
@@ -169,7 +169,7 @@ fn an_expired_fsoe_watchdog_is_sto_until_an_edge_in_a_new_connection() {
 #[test]
 fn a_recorded_hand_shake_is_answered_as_recorded() {
     let words = [(common::CONTROL_WORD + 63, 0x0701), (common::STATUS_WORD + 95, 0x0701)];
-    let bus = Bus::Fsoe { address: 3, session_id: 0x9ABD };
+    let bus = Bus::Fsoe { address: 3, session_id: 0x9ABD, sra: false };
     let mut wire = Wire::new(Profile::Etg61002, &words, bus);
     for (frame, expected) in &TRACE_A[..4] {
         assert_eq!(wire.fsoe(&octets(frame)), octets(expected));

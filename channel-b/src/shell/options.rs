@@ -194,17 +194,20 @@ fn backend(name: &str, value: &str) -> Result<Backend, Trouble> {
     Ok(Backend::Gpio { chip, line })
 }
 
-/// `AXIS=fsoe:ADDRESS:SESSION` or `AXIS=profisafe:ADDRESS`.
+fn fsoe(name: &str, address: &str, session: &str, sra: bool) -> Result<Bus, Trouble> {
+    let address = number(name, address, 1, u16::MAX)?;
+    Ok(Bus::Fsoe { address, session_id: number(name, session, 0, u16::MAX)?, sra })
+}
+
+/// `AXIS=fsoe:ADDRESS:SESSION`, `:sra` behind it where the master sends the SRA CRC, or `AXIS=profisafe:ADDRESS`.
 fn bus(name: &str, value: &str) -> Result<(u8, Bus), Trouble> {
     let parts: Vec<&str> = value.split(['=', ':']).collect();
     let (axis, bus) = match parts[..] {
-        [axis, "fsoe", address, session] => {
-            let address = number(name, address, 1, u16::MAX)?;
-            (axis, Bus::Fsoe { address, session_id: number(name, session, 0, u16::MAX)? })
-        }
+        [axis, "fsoe", address, session] => (axis, fsoe(name, address, session, false)?),
+        [axis, "fsoe", address, session, "sra"] => (axis, fsoe(name, address, session, true)?),
         [axis, "profisafe", address] => (axis, Bus::Profisafe { address: number(name, address, 1, 65_534)? }),
         _ => {
-            let wanted = "AXIS=fsoe:ADDRESS:SESSION or AXIS=profisafe:ADDRESS";
+            let wanted = "AXIS=fsoe:ADDRESS:SESSION[:sra] or AXIS=profisafe:ADDRESS";
             return Err(Trouble::new(name, format!("expected {wanted}, found {value:?}")));
         }
     };
@@ -250,8 +253,8 @@ mod tests {
     /// Architecture, "Processes".
     #[test]
     fn a_bus_is_named_for_an_axis_in_use() {
-        let options = parse(&["--bus", "1=fsoe:513:47872,2=profisafe:7"]).expect("complete");
-        let fsoe = Bus::Fsoe { address: 513, session_id: 47_872 };
+        let options = parse(&["--bus", "1=fsoe:513:47872:sra,2=profisafe:7"]).expect("complete");
+        let fsoe = Bus::Fsoe { address: 513, session_id: 47_872, sra: true };
         assert_eq!(options.buses, [(1, fsoe), (2, Bus::Profisafe { address: 7 })]);
         for wrong in ["3=profisafe:7", "1=profisafe:65535", "1=fsoe:0:1", "1=fsoe:1", "1:fsoe", ""] {
             assert!(parse(&["--bus", wrong]).is_err(), "{wrong:?}");

@@ -259,14 +259,21 @@ pub fn seal(args: &Seal, json: bool) -> Outcome {
     ))?;
     print(json, &transferred(&prepared, &args.place.folder), || {
         format!(
-            "{}\ncontent signature {}, device signature {}\nstart it with: safepair run --sealed {}\n",
+            "{}\ncontent signature {}, device signature {}\n{}start it with: safepair run --sealed {}\n",
             seal::State::Sealed.text(),
             prepared.content_signature(),
             prepared.device_signature(),
+            sra_crcs(&prepared),
             args.place.folder.display()
         )
     });
     Ok(())
+}
+
+/// For the one who configures an FSoE master.
+fn sra_crcs(prepared: &Prepared) -> String {
+    let line = |set: &params::AxisSet| format!("axis {}: SRA CRC {:08X}\n", set.number, set.sra_crc());
+    prepared.machine.axes.iter().map(line).collect()
 }
 
 /// A transfer as JSON, with the vendor's message of success (AMKD-XFR-03).
@@ -279,10 +286,14 @@ fn transferred(prepared: &Prepared, folder: &Path) -> serde_json::Value {
         "codes": codes,
         "content_signature": prepared.content_signature(),
         "device_signature": prepared.device_signature(),
-        "axes": prepared.signatures.iter().map(|(axis, signatures)| json!({
-            "axis": axis, "signatures": signatures,
-            "serial": prepared.machine.axes.iter().find(|set| set.number == *axis).map(|set| &set.serial),
-        })).collect::<Vec<_>>(),
+        "axes": prepared.signatures.iter().map(|(axis, signatures)| {
+            let set = prepared.machine.axes.iter().find(|set| set.number == *axis);
+            json!({
+                "axis": axis, "signatures": signatures,
+                "serial": set.map(|set| &set.serial),
+                "sra_crc": set.map(|set| format!("{:08X}", set.sra_crc())),
+            })
+        }).collect::<Vec<_>>(),
     })
 }
 

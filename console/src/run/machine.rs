@@ -27,6 +27,7 @@
 //! parameters = "axis-1.toml"    # or: sealed = "folder of safepair params seal"
 //! bus = "fsoe"                  # or "profisafe"; absent: none
 //! address = 3
+//! sra = false                   # FSoE: the master has to send the set's SRA CRC
 //! ```
 
 use std::{
@@ -66,7 +67,7 @@ pub struct Machine {
     pub images: Vec<Images>,
     /// Black channels by axis.
     #[serde(skip)]
-    pub buses: Vec<(u8, Bus, u16)>,
+    pub buses: Vec<Fieldbus>,
 }
 
 /// Cores by process; absent: any.
@@ -120,6 +121,19 @@ pub enum Bus {
     Profisafe,
 }
 
+/// What commands an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fieldbus {
+    /// Number of the axis.
+    pub axis: u8,
+    /// Protocol.
+    pub bus: Bus,
+    /// FSoE 1 to 65,535, PROFIsafe 1 to 65,534.
+    pub address: u16,
+    /// The FSoE master has to send the SRA CRC of the set.
+    pub sra: bool,
+}
+
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Axis {
@@ -128,6 +142,8 @@ struct Axis {
     sealed: Option<PathBuf>,
     bus: Option<Bus>,
     address: Option<u16>,
+    #[serde(default)]
+    sra: bool,
 }
 
 impl Machine {
@@ -181,7 +197,7 @@ impl Machine {
             self.buses.extend(bus(&axis).map_err(|line| format!("axis {}: {line}", axis.number))?);
         }
         self.images.sort_by_key(|(number, _, _)| *number);
-        self.buses.sort_by_key(|(number, _, _)| *number);
+        self.buses.sort_by_key(|fieldbus| fieldbus.axis);
         let twice = self.images.windows(2).find(|pair| pair[0].0 == pair[1].0);
         if let Some(twice) = twice {
             return Err(format!("axis {}: expected once", twice[0].0));
@@ -194,7 +210,7 @@ impl Machine {
 
     /// A frame finds its axis by the address, so that no two may have the same (issue: addresses).
     fn distinct_addresses(&self) -> Result<(), String> {
-        let mut addresses: Vec<u16> = self.buses.iter().map(|(_, _, address)| *address).collect();
+        let mut addresses: Vec<u16> = self.buses.iter().map(|fieldbus| fieldbus.address).collect();
         addresses.sort_unstable();
         match addresses.windows(2).find(|pair| pair[0] == pair[1]) {
             Some(pair) => Err(format!("address {}: expected for one axis only", pair[0])),
@@ -219,13 +235,16 @@ fn images(axis: &Axis, folder: &Path) -> Result<Images, String> {
     own.map(|at| found.swap_remove(at)).ok_or_else(|| "its parameter file has no such axis".into())
 }
 
-fn bus(axis: &Axis) -> Result<Option<(u8, Bus, u16)>, String> {
+fn bus(axis: &Axis) -> Result<Option<Fieldbus>, String> {
+    if axis.sra & (axis.bus != Some(Bus::Fsoe)) {
+        return Err("sra: expected with bus = \"fsoe\" only".into());
+    }
     match (axis.bus, axis.address) {
         (None, None) => Ok(None),
         // 65,535 is no F_Dest_Add; 0 is no address of either (black-channel.md 7.1).
         (Some(Bus::Profisafe), Some(65_535)) => Err("address: expected 1 to 65,534".into()),
         (Some(_), Some(0)) => Err("address: expected 1 to 65,535".into()),
-        (Some(bus), Some(address)) => Ok(Some((axis.number, bus, address))),
+        (Some(bus), Some(address)) => Ok(Some(Fieldbus { axis: axis.number, bus, address, sra: axis.sra })),
         _ => Err("expected bus and address together".into()),
     }
 }
@@ -256,7 +275,7 @@ mod tests {
         );
         let machine = machine.expect("sound");
         assert_eq!(machine.images.iter().map(|(axis, _, _)| *axis).collect::<Vec<_>>(), [1, 3]);
-        assert_eq!(machine.buses, [(1, Bus::Fsoe, 7)]);
+        assert_eq!(machine.buses, [Fieldbus { axis: 1, bus: Bus::Fsoe, address: 7, sra: false }]);
     }
 
     #[test]

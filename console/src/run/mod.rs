@@ -10,7 +10,7 @@ mod set;
 mod timing;
 
 pub use ending::stop_flag;
-pub use machine::{Bus, Machine};
+pub use machine::{Bus, Fieldbus, Machine};
 pub use place::RunFolder;
 pub use set::{Ended, Plan, Role, Set};
 pub use timing::{Timing, Wish};

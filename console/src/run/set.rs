@@ -22,7 +22,7 @@ use nix::unistd::Pid;
 use sim::shm::Domain;
 
 use super::place::RunFolderError;
-use super::{Bus, Images, RunFolder, Timing};
+use super::{Bus, Fieldbus, Images, RunFolder, Timing};
 
 /// Every process must report ready within this time.
 const READY_DEADLINE: Duration = Duration::from_secs(5);
@@ -116,7 +116,7 @@ pub struct Plan {
     /// Where the simulated drive's gateway listens.
     pub gateway: Option<SocketAddr>,
     /// Black channels by axis: protocol and address.
-    pub buses: Vec<(u8, Bus, u16)>,
+    pub buses: Vec<Fieldbus>,
     /// File of the logbook.
     pub logbook: Option<PathBuf>,
 }
@@ -328,9 +328,12 @@ impl Set {
     }
 
     fn bus_option(&self, plan: &Plan) -> Option<(&'static str, String)> {
-        let bus = |(axis, bus, address): &(u8, Bus, u16)| match bus {
+        let bus = |Fieldbus { axis, bus, address, sra }: &Fieldbus| match bus {
             // Both channels have to begin with the same session id, another one with each start.
-            Bus::Fsoe => format!("{axis}=fsoe:{address}:{}", self.session ^ u16::from(*axis) << 8),
+            Bus::Fsoe => {
+                let (session, sra) = (self.session ^ u16::from(*axis) << 8, if *sra { ":sra" } else { "" });
+                format!("{axis}=fsoe:{address}:{session}{sra}")
+            }
             Bus::Profisafe => format!("{axis}=profisafe:{address}"),
         };
         let buses: Vec<String> = plan.buses.iter().map(bus).collect();

@@ -64,6 +64,7 @@ impl Acceptance {
         table.row(["template signature", &format!("{template:08X}")]);
         table.row(["content signature", &format!("{content:08X}")]);
         table.row(["device signature", &format!("{device:08X}")]);
+        table.row(["SRA CRC for an FSoE master", &format!("{:08X}", self.sra_crc)]);
         table.row(["made with", concat!("safepair ", env!("CARGO_PKG_VERSION"))]);
         blocks.push(Block::Table(table));
         blocks.push(Block::Form(

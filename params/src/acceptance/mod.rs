@@ -57,6 +57,8 @@ pub struct Acceptance {
     pub serial: String,
     /// Signatures.
     pub signatures: Signatures,
+    /// What an FSoE master sends as SRA CRC.
+    pub sra_crc: u32,
     /// Values by function.
     pub values: BTreeMap<String, Vec<Row>>,
     /// Rules that the set breaks, and advice.
@@ -83,6 +85,7 @@ pub fn acceptance(axis: &AxisSet, file: &str, around: &Surroundings, steps: Vec<
         profile: axis.profile.name(),
         serial: axis.serial.clone(),
         signatures: axis.signatures(),
+        sra_crc: axis.sra_crc(),
         values,
         findings: check::check_set(axis),
         proofs: proof::proofs(axis),

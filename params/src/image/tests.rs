@@ -85,3 +85,10 @@ fn signatures_of_a_known_set_stay_what_they_are() {
     assert_eq!(signatures.content, 0x9110_868A);
     assert_eq!(signatures.device, 0x16B8_CC8E);
 }
+
+/// black-channel.md 2.7: its vector 00 … 0F as two entries.
+#[test]
+fn the_sra_crc_is_over_keys_and_values_low_octet_first() {
+    let values = BTreeMap::from([(0x0302_0100, 0x0706_0504), (0x0B0A_0908, 0x0F0E_0D0C)]);
+    assert_eq!(AxisSet { values, ..example() }.sra_crc(), 0x0CD4_BE50);
+}

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use shm_schema::facts::lenze_sm301::{control, status};
+use sim::master::fsoe::code::INVALID_APPLICATION_PARAMETER;
 use sim::master::{Master, fsoe, profisafe};
 
 use crate::axis::{Axis, now_ns};
@@ -14,6 +15,11 @@ use crate::host::judged;
 use crate::set::{Folder, Running, alone, axis_file};
 
 const ADDRESS: u16 = 3;
+/// The bus as the machine file says it.
+const FSOE: &str = "\"fsoe\"";
+const PROFISAFE: &str = "\"profisafe\"";
+/// The master has to send the SRA CRC.
+const SIGNED: &str = "\"fsoe\"\nsra = true";
 /// Nothing requested (AMK-FSOE-09), without and with the error acknowledge, bit 7.
 const NEUTRAL: u32 = 0x7E7F;
 const ACKNOWLEDGE: u32 = 0x7EFF;
@@ -40,7 +46,16 @@ struct Bus<M> {
 
 impl Bus<fsoe::Master> {
     fn fsoe(gateway: SocketAddr) -> Self {
-        let config = fsoe::Config { watchdog_ms: WATCHDOG_MS, ..fsoe::Config::new(4, 12, ADDRESS) };
+        Self::signed(gateway, Vec::new())
+    }
+
+    /// `sra`: what it sends as application parameters.
+    fn signed(gateway: SocketAddr, sra: Vec<u8>) -> Self {
+        let config = fsoe::Config {
+            watchdog_ms: WATCHDOG_MS,
+            application_parameters: sra,
+            ..fsoe::Config::new(4, 12, ADDRESS)
+        };
         Self::new(gateway, fsoe::Master::new(config))
     }
 
@@ -112,7 +127,7 @@ fn commanded<'a>(folder: &'a Folder, gateway: SocketAddr, bus: &str, parameters:
     fs::copy(parameters, folder.file("axis.toml")).expect("copied");
     let machine = format!(
         "[producer]\ngateway = \"{gateway}\"\n[[axis]]\nnumber = 1\nparameters = \"axis.toml\"\nbus = \
-         \"{bus}\"\naddress = {ADDRESS}\n"
+         {bus}\naddress = {ADDRESS}\n"
     );
     let file = folder.file("safepair.toml");
     fs::write(&file, machine).expect("written");
@@ -143,7 +158,7 @@ fn on_bus<M: Master>(
 
 #[test]
 fn an_fsoe_master_commands_a_set_of_real_processes_over_the_gateway() {
-    on_bus("fsoe", &axis_file(), Bus::fsoe, |bus, axis| {
+    on_bus(FSOE, &axis_file(), Bus::fsoe, |bus, axis| {
         bus.connect(axis);
         bus.command(NEUTRAL, axis, "VALID without STO in the status", |bus, _| {
             bus.status().is_some_and(|status| (status & 1 == 0) & (status >> 28 & 1 == 1))
@@ -159,7 +174,7 @@ fn an_fsoe_master_commands_a_set_of_real_processes_over_the_gateway() {
 /// Design 9: no frame that is not the master's own reaches the functions.
 #[test]
 fn a_forged_frame_takes_the_torque_away() {
-    on_bus("fsoe", &axis_file(), Bus::fsoe, |bus, axis| {
+    on_bus(FSOE, &axis_file(), Bus::fsoe, |bus, axis| {
         bus.connect(axis);
         let mut forged = bus.master.to_send().to_vec();
         forged[1] ^= 0x04;
@@ -167,10 +182,29 @@ fn a_forged_frame_takes_the_torque_away() {
     });
 }
 
+/// black-channel.md 2.7: each channel computes the SRA CRC from its own copy of the set.
+#[test]
+fn a_master_has_to_know_the_set_where_the_machine_asks_for_its_sra_crc() {
+    let text = fs::read_to_string(axis_file()).expect("the axis of the tests");
+    let set = params::parse(&text, "axis.toml").expect("sound");
+    let sra = set.axes[0].sra_crc();
+    on_bus(SIGNED, &axis_file(), |gateway| Bus::signed(gateway, sra.to_le_bytes().into()), Bus::connect);
+    on_bus(
+        SIGNED,
+        &axis_file(),
+        |gateway| Bus::signed(gateway, (!sra).to_le_bytes().into()),
+        |bus, axis| {
+            bus.command(NEUTRAL, axis, "the refusal", |bus, _| {
+                bus.master.refusal() == Some(INVALID_APPLICATION_PARAMETER)
+            });
+        },
+    );
+}
+
 #[test]
 fn a_profisafe_host_commands_a_set_of_real_processes_over_the_gateway() {
     let parameters = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/live/profisafe.toml");
-    on_bus("profisafe", &parameters, Bus::profisafe, |bus, axis| {
+    on_bus(PROFISAFE, &parameters, Bus::profisafe, |bus, axis| {
         bus.command(RELEASED, axis, "process data", |bus, _| bus.status().is_some());
         let acknowledge = RELEASED | PS_AIS | PS_AIE;
         bus.command(acknowledge, axis, "torque after the acknowledge", |_, axis| axis.torque());
