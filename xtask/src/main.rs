@@ -2,6 +2,8 @@
 //!
 //! CI runs the same tasks as a person.
 
+mod steps;
+
 use std::{
     env,
     path::{Path, PathBuf},
@@ -17,8 +19,9 @@ const TASKS: &[Task] = &[
     ("test", "build everything and pass all tests", test),
     ("check", "format, lints, dependencies", check),
     ("no-panic", "link the three cores without any reachable panic", no_panic),
+    ("steps", "instructions of one step of each core, against those recorded", steps::steps),
     ("rig", "real-time kernel with a GPIO chip, in emulation (deploy/README.md)", rig),
-    ("ci", "check, no-panic, test, demo", ci),
+    ("ci", "check, no-panic, steps, test, demo", ci),
 ];
 
 type Outcome = Result<(), String>;
@@ -124,6 +127,7 @@ fn rig(rest: &[String]) -> Outcome {
 fn ci(_: &[String]) -> Outcome {
     check(&[])?;
     no_panic(&[])?;
+    steps::steps(&[])?;
     test(&[])?;
     let out = ["--out".to_owned(), target().join("demo").display().to_string()];
     demo(&out)
