@@ -4,6 +4,7 @@
 //! Absolute figures are the machine's; what is ours are the ratios.
 
 mod floor;
+mod growth;
 mod histogram;
 mod load;
 mod place;
@@ -42,9 +43,12 @@ pub struct Args {
     /// Minutes instead of cycles.
     #[arg(long, conflicts_with = "cycles")]
     minutes: Option<f64>,
-    /// Axes: copies of the first one.
+    /// Axes: those of the parameter file in turn.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=64))]
     axes: u8,
+    /// Numbers of axes over which the processor time of a cycle is drawn, as 1,8,64.
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=64))]
+    growth: Vec<u8>,
     /// Requests of STO at random instants.
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     reactions: u64,
@@ -82,11 +86,13 @@ pub struct Results {
     pub skipped: [u64; 2],
     /// Mean processor time of one cycle, µs: A, B, crosscheck.
     pub cycle_cpu_us: [Option<f64>; 3],
+    /// The same over the number of axes.
+    pub growth: Vec<growth::Point>,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    let plan = match plan(args) {
+    let plan = match plan(args, args.axes) {
         Ok(plan) => plan,
         Err(line) => return bad_input(&line),
     };
@@ -108,11 +114,14 @@ pub fn run(args: &Args) -> ExitCode {
     }
 }
 
-fn plan(args: &Args) -> Result<Plan, String> {
+fn plan(args: &Args, axes: u8) -> Result<Plan, String> {
     let machine = args.params.as_deref().map_or_else(default_machine, machine_file::read)?;
-    let first = machine.axes.first().cloned().ok_or("the parameter file has no axis")?;
-    let axis = |number| params::AxisSet { number, ..first.clone() };
-    let axes = params::Machine { axes: (1..=args.axes).map(axis).collect(), ..machine };
+    if machine.axes.is_empty() {
+        return Err("the parameter file has no axis".into());
+    }
+    let numbered = (1..=axes).zip(machine.axes.iter().cycle());
+    let copies = numbered.map(|(number, axis)| params::AxisSet { number, ..axis.clone() }).collect();
+    let axes = params::Machine { axes: copies, ..machine };
     let mut set = args.set.clone();
     set.cycle_us(args.period_us);
     fs::create_dir_all(&args.out).map_err(|error| format!("{}: {error}", args.out.display()))?;
@@ -145,6 +154,7 @@ fn measure(args: &Args, plan: &Plan) -> Result<Results, String> {
     say("cyclictest, where it is installed");
     let cyclictest = floor::cyclictest(a_seat, plan.timing.cycle_us.into(), cycles.min(20_000));
     let deaths = deaths(args, plan, &mut random, &say)?;
+    let growth = growth::measure(args, &say)?;
     drop(load);
 
     let bare = Some(("bare timer", &cycled.floor));
@@ -164,6 +174,7 @@ fn measure(args: &Args, plan: &Plan) -> Result<Results, String> {
         lines,
         skipped: cycled.stamps.skipped,
         cycle_cpu_us: cycled.cpu_us,
+        growth,
     })
 }
 

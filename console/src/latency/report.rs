@@ -4,6 +4,7 @@ use std::{fmt::Write as _, fs, io, path::Path};
 
 use plotters::prelude::*;
 
+use super::growth;
 use super::histogram::{Line, PERCENTILES};
 use super::{Args, Results};
 use crate::run::Plan;
@@ -18,6 +19,8 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(23, 190, 207),
     RGBColor(188, 189, 34),
 ];
+
+const PROCESSES: [&str; 3] = ["channel A", "channel B", "crosscheck"];
 
 /// What the figures belong to.
 pub fn machine(args: &Args, plan: &Plan) -> Vec<(String, String)> {
@@ -59,7 +62,21 @@ pub fn table(results: &Results) -> String {
     let mean = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:.1} µs"));
     let [a, b, crosscheck] = results.cycle_cpu_us.map(mean);
     let _ = writeln!(out, "processor time of a cycle, mean: A {a}, B {b}, crosscheck {crosscheck}");
+    for growth::Point { axes, cycle_cpu_us: [a, b, crosscheck] } in &results.growth {
+        let _ = writeln!(out, "{axes:3} axes: A {a:.1} µs, B {b:.1} µs, crosscheck {crosscheck:.1} µs");
+    }
+    for (name, each, rest) in slopes(results) {
+        let _ = writeln!(out, "{name}: {each:.2} µs for each axis and {rest:.1} µs");
+    }
     out
+}
+
+/// Name, cost of one axis and of none, µs, of each process, where there are points enough.
+fn slopes(results: &Results) -> impl Iterator<Item = (&'static str, f64, f64)> {
+    let line = |(process, name): (usize, &'static str)| {
+        growth::line(&results.growth, process).map(|(each, rest)| (name, each, rest))
+    };
+    PROCESSES.into_iter().enumerate().filter_map(line)
 }
 
 fn ratio(line: &Line) -> String {
@@ -68,15 +85,22 @@ fn ratio(line: &Line) -> String {
     })
 }
 
-/// Writes `latency.html`, `latency.svg` and `latency.json` into `folder`.
+/// Writes `latency.html`, `latency.svg`, `latency.json` and, with points, `growth.svg` into `folder`.
 ///
 /// # Errors
 /// When a file cannot be written or the drawing fails.
 pub fn write(results: &Results, folder: &Path) -> io::Result<()> {
     let svg = draw(results).map_err(|error| io::Error::other(error.to_string()))?;
     fs::write(folder.join("latency.svg"), &svg)?;
+    let growth = match results.growth.as_slice() {
+        [] => String::new(),
+        points => draw_growth(points).map_err(|error| io::Error::other(error.to_string()))?,
+    };
+    if !growth.is_empty() {
+        fs::write(folder.join("growth.svg"), &growth)?;
+    }
     fs::write(folder.join("latency.json"), serde_json::to_string_pretty(results)?)?;
-    fs::write(folder.join("latency.html"), html(results, &svg))
+    fs::write(folder.join("latency.html"), html(results, &(svg + &growth)))
 }
 
 fn html(results: &Results, svg: &str) -> String {
@@ -129,6 +153,36 @@ fn draw(results: &Results) -> Result<String, Box<dyn std::error::Error>> {
                 .draw_series(series)?
                 .label(line.what.clone())
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+        }
+        chart.configure_series_labels().background_style(WHITE.mix(0.85)).border_style(BLACK).draw()?;
+        root.present()?;
+    }
+    Ok(svg)
+}
+
+/// Processor time of a cycle over the number of axes.
+fn draw_growth(points: &[growth::Point]) -> Result<String, Box<dyn std::error::Error>> {
+    let mut svg = String::new();
+    let most_axes = points.iter().map(|point| point.axes).max().unwrap_or(1);
+    let most = points.iter().flat_map(|point| point.cycle_cpu_us).fold(1.0, f64::max) * 1.1;
+    {
+        let root = SVGBackend::with_string(&mut svg, (1_100, 420)).into_drawing_area();
+        root.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&root)
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(70)
+            .caption("processor time of a cycle", ("sans-serif", 18))
+            .build_cartesian_2d(0.0..f64::from(most_axes) + 1.0, 0.0..most)?;
+        chart.configure_mesh().x_desc("axes").y_desc("µs").draw()?;
+        for (process, name) in PROCESSES.into_iter().enumerate() {
+            let colour = COLOURS[process + 1];
+            let at = |point: &growth::Point| (f64::from(point.axes), point.cycle_cpu_us[process]);
+            chart
+                .draw_series(LineSeries::new(points.iter().map(at), colour.stroke_width(2)))?
+                .label(name)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+            chart.draw_series(points.iter().map(|point| Circle::new(at(point), 4, colour.filled())))?;
         }
         chart.configure_series_labels().background_style(WHITE.mix(0.85)).border_style(BLACK).draw()?;
         root.present()?;
