@@ -234,9 +234,6 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
     set.insert(etg_key(etg::SMS, 1, etg::sms::VELOCITY_MAXIMUM_POSITIVE), maximum);
     set.insert(etg_key(etg::SMS, 1, etg::sms::VELOCITY_MAXIMUM_NEGATIVE), maximum);
     hints.limit(maximum.into());
-    // A second instance of SS1 or SS2 beside a running one is not generated: A and B still
-    // differ where one leaves its line with a stop as its reaction. Each scenario requests one of the two.
-    let stopping = random.between(1, 2) as u32;
     for (bit, instance) in [(c::SS1_1, 1), (c::SS1_2, 2)] {
         let window = random.between(1, 60) as i32;
         let keys = [
@@ -252,9 +249,7 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
                 random.between(1, 100) as i32,
             );
         }
-        if instance == stopping {
-            hints.requests.push(Request { approach: Some(approach), ..low(bit) });
-        }
+        hints.requests.push(Request { approach: Some(approach), ..low(bit) });
     }
     for (bit, sos_bit, instance) in [(c::SS2_1, c::SOS_1, 1), (c::SS2_2, c::SOS_2, 2)] {
         let window = random.between(1, 60) as i32;
@@ -264,7 +259,13 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
             etg::ss2::TIME_DELAY_DECELERATION_MONITORING,
         ];
         let approach = etg_ramp(&mut set, random, (etg::SS2, instance), keys, i64::from(window));
-        set.insert(etg_key(etg::SOS, instance, etg::sos::VELOCITY_ZERO_WINDOW), window);
+        // ETG-SOS-02: optional; without it the line of SS2 ends at 0 rpm.
+        if random.chance(75) {
+            set.insert(etg_key(etg::SOS, instance, etg::sos::VELOCITY_ZERO_WINDOW), window);
+        }
+        if random.chance(60) {
+            set.insert(etg_key(etg::SS2, instance, etg::ss2::ERROR_REACTION), etg_reaction(random));
+        }
         set.insert(
             etg_key(etg::SOS, instance, etg::sos::POSITION_ZERO_WINDOW),
             random.between(20, 5000) as i32,
@@ -274,9 +275,7 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
             random.between(0, 1) as i32,
         );
         hints.limit(window.into());
-        if instance == stopping {
-            hints.requests.push(Request { approach: Some(approach), ..low(bit) });
-        }
+        hints.requests.push(Request { approach: Some(approach), ..low(bit) });
         hints.requests.push(low(sos_bit));
     }
     for (bit, instance) in [(c::SLS_1, 1), (c::SLS_2, 2), (c::SLS_3, 3), (c::SLS_4, 4)] {
@@ -288,7 +287,7 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
         ];
         let approach = etg_ramp(&mut set, random, (etg::SLS, instance), keys, i64::from(limit));
         set.insert(etg_key(etg::SLS, instance, etg::sls::VELOCITY_LIMIT), limit);
-        set.insert(etg_key(etg::SLS, instance, etg::sls::ERROR_REACTION), etg_reaction(random, stopping));
+        set.insert(etg_key(etg::SLS, instance, etg::sls::ERROR_REACTION), etg_reaction(random));
         hints.limit(limit.into());
         hints.requests.push(Request { approach: Some(approach), ..low(bit) });
     }
@@ -303,23 +302,23 @@ fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
         let approach = etg_ramp(&mut set, random, (etg::SSR, instance), keys, i64::from(upper));
         set.insert(etg_key(etg::SSR, instance, etg::ssr::VELOCITY_UPPER_LIMIT), upper);
         set.insert(etg_key(etg::SSR, instance, etg::ssr::VELOCITY_LOWER_LIMIT), lower);
-        set.insert(etg_key(etg::SSR, instance, etg::ssr::ERROR_REACTION), etg_reaction(random, stopping));
+        set.insert(etg_key(etg::SSR, instance, etg::ssr::ERROR_REACTION), etg_reaction(random));
         hints.limits.extend([i64::from(upper) * 1000, i64::from(lower) * 1000]);
         hints.requests.push(Request { approach: Some(approach), ..low(bit) });
     }
-    etg_positions(&mut set, random, stopping);
+    etg_positions(&mut set, random);
     hints.requests.extend([c::SLP_1, c::SLI_1, c::SLT_1, c::SAR_1, c::SDIP, c::SDIN].map(low));
     hints.accelerations = vec![0, 3000, -2000];
     hints.torques = vec![0, 80, -60];
     (set, hints)
 }
 
-fn etg_positions(set: &mut BTreeMap<u32, i32>, random: &mut Random, stopping: u32) {
+fn etg_positions(set: &mut BTreeMap<u32, i32>, random: &mut Random) {
     let size = |random: &mut Random| random.between(100, 500_000) as i32;
     set.extend([
         (etg_key(etg::SLP, 1, etg::slp::POSITION_UPPER_LIMIT), size(random)),
         (etg_key(etg::SLP, 1, etg::slp::POSITION_LOWER_LIMIT), -size(random)),
-        (etg_key(etg::SLP, 1, etg::slp::ERROR_REACTION), etg_reaction(random, stopping)),
+        (etg_key(etg::SLP, 1, etg::slp::ERROR_REACTION), etg_reaction(random)),
         (etg_key(etg::SLI, 1, etg::sli::POSITION_RELATIVE_UPPER_LIMIT), size(random)),
         (etg_key(etg::SLI, 1, etg::sli::POSITION_RELATIVE_LOWER_LIMIT), size(random)),
         (etg_key(etg::SLT, 1, etg::slt::TORQUE_LIMIT_POSITIVE_DIRECTION), 800),
@@ -335,10 +334,17 @@ fn etg_positions(set: &mut BTreeMap<u32, i32>, random: &mut Random, stopping: u3
     ]);
 }
 
-/// Reaction `none` (0) is not generated: both channels follow docs/decisions/0002, the model was not
-/// compared with it yet.
-fn etg_reaction(random: &mut Random, stopping: u32) -> i32 {
-    random.pick(&[reference(etg::STO, 1), reference(etg::SS1, stopping), reference(etg::SS2, stopping)])
+/// STO as often as the others together; none (0) seldom, because nothing ends what it reports.
+fn etg_reaction(random: &mut Random) -> i32 {
+    let stops = [(etg::SS1, 1), (etg::SS1, 2), (etg::SS2, 1), (etg::SS2, 2)];
+    match random.between(0, 99) {
+        0..=11 => 0,
+        12..=55 => reference(etg::STO, 1),
+        _ => {
+            let (function, instance) = random.pick(&stops);
+            reference(function, instance)
+        }
+    }
 }
 
 /// Time, slope and delay of an instance; two of three monitor the line.

@@ -19,7 +19,7 @@ use shm_schema::word::Word;
 
 use monitors::{Monitor, Sample, Sdi};
 use parameters::{Instance, Parameters, Reaction};
-use stops::{Requests, Stop};
+use stops::{Requests, Stop, StopFinding};
 
 use super::approach::Window;
 use super::{Channel, ChannelView, ModelInput, StopState};
@@ -169,15 +169,29 @@ impl Etg {
         (levels, rising & 1 != 0, rising & 2 != 0)
     }
 
-    /// DEC-15: an error whose reaction has ended stands no longer.
-    fn clear(&mut self) {
+    /// What this cycle would find without a reaction, of monitors and of braking SS2.
+    fn unanswered(&self, requested: &[(u8, Instance)], word: &Word, sample: &Sample) -> Vec<Instance> {
+        let mut ahead = self.clone();
+        let stops = ahead.supervise(sample);
+        let stops =
+            stops.into_iter().map(|(function, instance, _, reaction)| ((function, instance), reaction));
+        let in_sto = self.stop.state() == StopState::Sto;
+        let monitors = if in_sto { Vec::new() } else { ahead.monitor(requested, word, sample) };
+        let monitors = monitors.into_iter().map(|(instance, _, reaction)| (instance, reaction));
+        let unanswered = stops.chain(monitors).filter(|(_, reaction)| *reaction == Reaction::None);
+        unanswered.map(|(instance, _)| instance).collect()
+    }
+
+    /// DEC-15: an error whose reaction has ended stands no longer; one without reaction stands
+    /// as long as its limit is violated (`unanswered`).
+    fn clear(&mut self, unanswered: &[Instance]) {
         let state = self.stop.state();
-        let finished = |reaction: Reaction| match reaction {
-            Reaction::None => true,
+        let finished = |standing: &Standing| match standing.reaction {
+            Reaction::None => !unanswered.contains(&standing.instance),
             Reaction::Sto | Reaction::Ss1(_) => state == StopState::Sto,
             Reaction::Ss2(_) => state == StopState::Sto || state == StopState::Sos,
         };
-        for standing in self.standing.iter().filter(|standing| finished(standing.reaction)) {
+        for standing in self.standing.iter().filter(|standing| finished(standing)) {
             if standing.instance.0 == etg::SDI {
                 self.sdi.cleared();
             }
@@ -185,7 +199,7 @@ impl Etg {
                 monitor.cleared();
             }
         }
-        self.standing.retain(|standing| !finished(standing.reaction));
+        self.standing.retain(|standing| !finished(standing));
     }
 
     /// ETG-SEQ-15: the edge counts only while the request for it is shown.
@@ -233,26 +247,30 @@ impl Etg {
             found.extend(finding.map(|(finding, reaction)| (monitor.instance, finding, reaction)));
         }
         if self.parameters.supports((etg::SDI, 1)) {
-            let forbidden = (!word.bit(control::SDIP), !word.bit(control::SDIN));
+            let forbidden = [!word.bit(control::SDIP), !word.bit(control::SDIN)];
             let finding = self.sdi.step(&self.parameters, forbidden, sample);
             found.extend(finding.map(|finding| ((etg::SDI, 1), finding, Reaction::Sto)));
         }
         found
     }
 
+    fn supervise(&mut self, sample: &Sample) -> Vec<StopFinding> {
+        self.stop.supervise(&self.parameters, sample.now, sample.position, sample.speed, &|_| true)
+    }
+
     /// DEC-13: the highest reaction first; what starts now is supervised from now on.
     fn react(&mut self, mut reactions: Vec<Reaction>, sample: &Sample) {
         reactions.sort_unstable();
-        let before = self.stop.state();
+        let before = self.stop.clone();
         for reaction in reactions {
             self.stop.start(reaction, &self.parameters, sample.now, sample.speed);
         }
-        if self.stop.state() != before {
-            let found = self.stop.supervise(&self.parameters, sample.now, sample.position, sample.speed);
-            for (function, instance, finding, reaction) in found {
-                self.remember((function, instance), finding, reaction);
-                self.stop.start(reaction, &self.parameters, sample.now, sample.speed);
-            }
+        let is_new = |one: Instance| !before.runs(one);
+        let (now, position, speed) = (sample.now, sample.position, sample.speed);
+        let found = self.stop.supervise(&self.parameters, now, position, speed, &is_new);
+        for (function, instance, finding, reaction) in found {
+            self.remember((function, instance), finding, reaction);
+            self.stop.start(reaction, &self.parameters, now, speed);
         }
     }
 
@@ -276,7 +294,8 @@ impl Etg {
             }
             etg::SOS if self.stop.stands_in_sos(instance.1) => true,
             _ => self.monitors.iter().any(|monitor| {
-                let stands = self.standing.iter().any(|standing| standing.instance == instance);
+                let hides = |one: &Standing| one.instance == instance && one.reaction != Reaction::None;
+                let stands = self.standing.iter().any(hides);
                 monitor.instance == instance && monitor.is_active() && !stands
             }),
         }
@@ -318,15 +337,14 @@ impl Channel for Etg {
         };
         let (acknowledge, error_edge, restart_edge) = self.acknowledge_edges(input);
         if error_edge {
-            self.clear();
+            let unanswered = self.unanswered(&requested, &word, &sample);
+            self.clear(&unanswered);
         }
         self.leave(&requests, restart_edge);
         self.stop.request(&requests, &self.parameters, self.now, sample.speed);
 
         let mut reactions = Vec::new();
-        for (function, instance, finding, reaction) in
-            self.stop.supervise(&self.parameters, sample.now, sample.position, sample.speed)
-        {
+        for (function, instance, finding, reaction) in self.supervise(&sample) {
             self.remember((function, instance), finding, reaction);
             reactions.push(reaction);
         }

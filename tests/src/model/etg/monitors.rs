@@ -188,12 +188,8 @@ impl Monitor {
         }
         let finding = self.evaluate(parameters, sample)?;
         let reaction = self.reaction(parameters);
-        if reaction == Reaction::None {
-            // Nothing stops the motion, so monitoring goes on; the error stands.
-            if let State::Running { in_target, .. } = &mut self.state {
-                *in_target = false;
-            }
-        } else {
+        // Without a reaction nothing stops the motion, and monitoring goes on as it was.
+        if reaction != Reaction::None {
             self.state = State::Violated;
         }
         Some((finding, reaction))
@@ -215,16 +211,17 @@ impl Monitor {
                 return None;
             }
         }
-        *in_target = true;
+        // Table 5, SSR: active and within the limits.
+        *in_target = !violated;
         violated.then_some(Finding::Limit)
     }
 }
 
-/// SDI: which direction is forbidden, and from where it counts (DEC-30).
+/// SDI: from where each forbidden direction, positive and negative, counts (DEC-30).
 #[derive(Debug, Clone, Default)]
 pub struct Sdi {
-    forbidden: (bool, bool),
-    reference: Option<i64>,
+    forbidden: [bool; 2],
+    reference: [Option<i64>; 2],
     speed_before: Option<i64>,
     violated: bool,
 }
@@ -246,37 +243,41 @@ impl Sdi {
     pub fn step(
         &mut self,
         parameters: &Parameters,
-        forbidden: (bool, bool),
+        forbidden: [bool; 2],
         sample: &Sample,
     ) -> Option<Finding> {
         let before = self.speed_before.unwrap_or(sample.speed);
         if forbidden != self.forbidden {
-            self.switch_off();
-            self.forbidden = forbidden;
-        }
-        if forbidden == (false, false) || self.violated {
-            return None;
+            // ETG-GEN-12: what is asked of one direction leaves the other as it is.
+            self.violated = false;
         }
         let sdi = (etg::SDI, 1);
         let speed_window = parameters.object(sdi, etg::sdi::VELOCITY_ZERO_WINDOW);
         let zero = speed_window.unwrap_or(0).abs() * 1000;
         let crossed = before.signum() * sample.speed.signum() < 0;
-        if self.reference.is_none() && (sample.speed.abs() <= zero || crossed) {
-            self.reference = Some(sample.position);
-        }
-        let reference = self.reference?;
-        // Counted from the furthest position reached in the one permitted direction.
-        let reference = match forbidden {
-            (false, true) => reference.max(sample.position),
-            (true, false) => reference.min(sample.position),
-            _ => reference,
-        };
-        self.reference = Some(reference);
+        let stands = sample.speed.abs() <= zero || crossed;
         let half = parameters.value(sdi, etg::sdi::POSITION_ZERO_WINDOW).abs();
-        let travelled = sample.position - reference;
-        let too_far = (forbidden.0 && travelled > half) || (forbidden.1 && travelled < -half);
-        let in_motion = (forbidden.0 && sample.speed > zero) || (forbidden.1 && sample.speed < -zero);
-        let too_fast = speed_window.is_some() && in_motion;
+        let (mut too_far, mut too_fast) = (false, false);
+        for (side, sign) in [1, -1].into_iter().enumerate() {
+            let (reached, speed) = (sample.position * sign, sample.speed * sign);
+            let reference = &mut self.reference[side];
+            if !forbidden[side] {
+                *reference = None;
+                continue;
+            }
+            *reference = reference.or(stands.then_some(reached));
+            let Some(from) = reference else { continue };
+            if !forbidden[1 - side] {
+                // Counted from the furthest position reached in the one permitted direction.
+                *from = (*from).min(reached);
+            }
+            too_far |= reached - *from > half;
+            too_fast |= speed_window.is_some() && speed > zero;
+        }
+        self.forbidden = forbidden;
+        if self.violated {
+            return None;
+        }
         self.violated = too_far || too_fast;
         if too_far { Some(Finding::Limit) } else { too_fast.then_some(Finding::Motion) }
     }

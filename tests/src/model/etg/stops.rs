@@ -8,7 +8,7 @@ use crate::model::StopState;
 use crate::model::approach::{Phase, Window};
 
 use super::Finding;
-use super::parameters::{ApproachObjects, Approaching, Parameters, Reaction};
+use super::parameters::{ApproachObjects, Approaching, Instance, Parameters, Reaction};
 
 /// The stop in force; SS1 and SS2 by instance.
 #[derive(Debug, Clone)]
@@ -41,6 +41,8 @@ pub enum Ss2 {
     Braking(Approaching),
     /// SOS of the same number (ETG-SS2-02).
     Standing(i64),
+    /// Off its line: another SS2 has taken its place.
+    Replaced,
 }
 
 /// Requested instances.
@@ -221,20 +223,30 @@ impl Stop {
         }
     }
 
-    /// Supervises what runs and stands; goes on to the end state.
+    /// Whether an instance of SS1 or SS2 brakes or stands.
+    pub fn runs(&self, (function, instance): Instance) -> bool {
+        match self {
+            Self::Ss1(runs) => function == etg::SS1 && runs.contains_key(&instance),
+            Self::Ss2(runs) => function == etg::SS2 && runs.contains_key(&instance),
+            _ => false,
+        }
+    }
+
+    /// Supervises what runs and stands, as far as `which` asks for; goes on to the end state.
     pub fn supervise(
         &mut self,
         parameters: &Parameters,
         now: i64,
         position: i64,
         speed: i64,
+        which: &dyn Fn(Instance) -> bool,
     ) -> Vec<StopFinding> {
         match self {
             Self::None | Self::Sto(_) => Vec::new(),
             Self::Ss1(runs) => {
                 let mut found = Vec::new();
                 let mut ended = false;
-                for (instance, run) in runs.iter_mut() {
+                for (instance, run) in runs.iter_mut().filter(|(one, _)| which((etg::SS1, **one))) {
                     let (finding, reached) = run.step(now, speed);
                     ended |= reached;
                     found.extend(finding.map(|finding| (etg::SS1, *instance, finding, Reaction::Sto)));
@@ -246,6 +258,7 @@ impl Stop {
             }
             Self::Ss2(runs) => runs
                 .iter_mut()
+                .filter(|(one, _)| which((etg::SS2, **one)))
                 .filter_map(|(instance, run)| {
                     supervise_ss2(parameters, *instance, run, (now, position, speed))
                 })
@@ -264,6 +277,14 @@ impl Stop {
     }
 }
 
+/// ETG-SS2-10: as configured; an SS2 that is off its line does not brake by itself.
+fn ss2_reaction(parameters: &Parameters, instance: u32) -> Reaction {
+    match parameters.reaction((etg::SS2, instance), etg::ss2::ERROR_REACTION) {
+        Reaction::Ss2(itself) if itself == instance => Reaction::Sto,
+        other => other,
+    }
+}
+
 fn supervise_ss2(
     parameters: &Parameters,
     instance: u32,
@@ -276,7 +297,10 @@ fn supervise_ss2(
         if !reached {
             let ramp = approaching.approach.phase(now) == Phase::Ramp;
             let violated = ramp && approaching.approach.ramp_side(now, speed).is_some();
-            let reaction = parameters.reaction((etg::SS2, instance), etg::ss2::ERROR_REACTION);
+            let reaction = ss2_reaction(parameters, instance);
+            if violated && matches!(reaction, Reaction::Ss2(_)) {
+                *run = Ss2::Replaced;
+            }
             return violated.then_some((etg::SS2, instance, Finding::Ramp, reaction));
         }
         *run = Ss2::Standing(position);

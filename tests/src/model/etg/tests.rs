@@ -315,3 +315,67 @@ fn acceleration_limits_and_output_bits() {
     let stopped = at(1_000_001);
     assert!(stopped.bit(3, status::STO) && stopped.bit(3, status::SSM_1) && stopped.bit(3, status::SCA_1));
 }
+
+/// Two SS2, the first with a line of 1,000 rpm/s from 100 ms after its request on.
+fn two_ss2(reaction: i32) -> Script {
+    script(&[
+        (key(etg::SS2, etg::ss2::TIME_TO_SOS), 1000),
+        (key(etg::SS2, etg::ss2::DECELERATION_LIMIT), 1000),
+        (key(etg::SS2, etg::ss2::TIME_DELAY_DECELERATION_MONITORING), 100),
+        (key(etg::SS2, etg::ss2::ERROR_REACTION), reaction),
+        (key(etg::SOS, etg::sos::POSITION_ZERO_WINDOW), 1000),
+        (etg_key(etg::SS2, 2, etg::ss2::TIME_TO_SOS), 200),
+        (etg_key(etg::SOS, 2, etg::sos::POSITION_ZERO_WINDOW), 1_000_000),
+    ])
+    .speed(&[(0, 500.0)])
+    .bit(10, control::SS2_1, false)
+}
+
+/// ETG-SS2-10, ETG-ERR-02
+#[test]
+fn an_ss2_off_its_line_starts_what_its_reaction_names() {
+    let to_itself = two_ss2(reference(etg::SS2, 1)).run(400);
+    assert_eq!(to_itself.first(status::STO, true), Some(111));
+    let to_none = two_ss2(0).run(400);
+    assert_eq!(to_none.first(status::ERROR, true), Some(111));
+    assert_eq!(to_none.first(status::STO, true), None);
+    let to_other = two_ss2(reference(etg::SS2, 2)).run(400);
+    assert_eq!(to_other.first(status::ERROR, true), Some(111));
+    assert_eq!(to_other.first(status::SOS_2, true), Some(311));
+    assert_eq!(to_other.first(status::STO, true), None);
+}
+
+/// ETG-ERR-02, DEC-15: without a reaction monitoring goes on.
+#[test]
+fn an_error_without_reaction_is_acknowledged_when_the_limit_is_kept_again() {
+    let objects =
+        [(key(etg::SLS, etg::sls::VELOCITY_LIMIT), 500), (key(etg::SLS, etg::sls::ERROR_REACTION), 0)];
+    let played = script(&objects)
+        .speed(&[(0, 400.0), (100, 400.0), (101, 600.0), (200, 600.0), (201, 400.0)])
+        .bit(10, control::SLS_1, false)
+        .bit(150, control::ERROR_ACK, true)
+        .bit(160, control::ERROR_ACK, false)
+        .bit(250, control::ERROR_ACK, true)
+        .run(300);
+    let shown: Vec<(bool, bool)> = [100, 101, 151, 201, 249, 250]
+        .iter()
+        .map(|at| (played.bit(*at, status::SLS_1), played.bit(*at, status::ERROR)))
+        .collect();
+    let expected = [(true, false), (false, true), (false, true), (true, true), (true, true), (true, false)];
+    assert_eq!(shown, expected);
+    assert_eq!(played.first_where(|view| !view.torque), None);
+}
+
+/// ETG-GEN-12, ETG-SDI-02, DEC-30
+#[test]
+fn each_direction_of_sdi_has_its_own_latch() {
+    let objects = [(key(etg::SDI, etg::sdi::POSITION_ZERO_WINDOW), 1000)];
+    let moving = script(&objects).speed(&[(0, 0.0), (20, 0.0), (21, -600.0)]);
+    let later = moving.bit(10, control::SDIP, false).bit(100, control::SDIN, false).run(200);
+    assert_eq!(later.first(status::ERROR, true), None);
+    // 65.5 increments per ms from rest: 1,000 after 15.8 ms.
+    let turning = script(&objects).speed(&[(0, 0.0), (20, 0.0), (21, 60.0)]);
+    let both = turning.bit(10, control::SDIP, false).bit(15, control::SDIN, false);
+    let kept = both.bit(25, control::SDIN, true).run(200);
+    assert_eq!(kept.first(status::ERROR, true), Some(36));
+}
