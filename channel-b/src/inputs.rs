@@ -166,6 +166,14 @@ impl Line {
         self.level != self.setup.is_inverted
     }
 
+    /// The pattern that changes nothing: it has been at it for longer than any filter asks for.
+    fn rest(&self) -> Option<u64> {
+        let is_settled = (self.raw == self.glitch) & (self.glitch == self.level);
+        let is_long = (self.raw_run >= GLITCH_SAMPLES) & (self.glitch_run >= self.hold);
+        let rests = is_settled & is_long & !self.setup.is_pulsed;
+        rests.then_some(if self.raw { u64::MAX } else { 0 })
+    }
+
     /// What was wrong with the pulses in the samples last taken.
     pub fn fault(&self) -> Option<PulseFault> {
         self.fault
@@ -184,21 +192,75 @@ pub struct Inputs {
     has_others: bool,
     samples: Option<u64>,
     are_read: bool,
+    /// Levels of lines .2 and .1 as of the newest samples.
+    levels: u32,
+    other_levels: u32,
+    has_fault: bool,
+    rest: Option<Rest>,
+}
+
+/// Every line that is evaluated rests: the patterns they rest at, and which bits count.
+#[derive(Debug, Clone, Copy)]
+struct Rest {
+    patterns: [[u64; PAIRS]; 2],
+    masks: [[u64; PAIRS]; 2],
+}
+
+impl Rest {
+    fn of(inputs: &Inputs) -> Option<Self> {
+        let mut rest = Self { patterns: [[0; PAIRS]; 2], masks: [[0; PAIRS]; 2] };
+        let watched = [inputs.pairs, if inputs.has_others { inputs.pairs } else { 0 }];
+        let sides = rest.patterns.iter_mut().zip(&mut rest.masks);
+        for (((patterns, masks), lines), count) in sides.zip([&inputs.lines, &inputs.others]).zip(watched) {
+            for ((pattern, mask), line) in patterns.iter_mut().zip(masks).zip(lines).take(count) {
+                (*pattern, *mask) = (line.rest()?, u64::MAX);
+            }
+        }
+        Some(rest)
+    }
+
+    fn goes_on(&self, io: &Io) -> bool {
+        let mut differs = 0;
+        for ((patterns, masks), lines) in self.patterns.iter().zip(&self.masks).zip([&io.line_2, &io.line_1])
+        {
+            for ((pattern, mask), line) in patterns.iter().zip(masks).zip(lines) {
+                differs |= (pattern ^ line) & mask;
+            }
+        }
+        differs == 0
+    }
+}
+
+fn levels_of(lines: &[Line]) -> u32 {
+    (0..).zip(lines).fold(0, |levels, (pair, line)| levels | u32::from(line.level()) << (pair & 3))
 }
 
 impl Inputs {
     /// Lines with their setups; the first `pairs` are evaluated, lines .1 where asked for.
     pub fn new(setups: [LineSetup; PAIRS], pairs: usize, has_others: bool) -> Self {
         let (lines, others) = (setups.map(Line::new), setups.map(Line::new));
-        Self { lines, others, pairs, has_others, samples: None, are_read: false }
+        Self {
+            lines,
+            others,
+            pairs,
+            has_others,
+            samples: None,
+            are_read: false,
+            levels: 0,
+            other_levels: 0,
+            has_fault: false,
+            rest: None,
+        }
+    }
+
+    /// Something was wrong with the pulses of a line.
+    pub const fn has_fault(&self) -> bool {
+        self.has_fault
     }
 
     /// Levels of lines .1, bit n for pair n; all low when unreadable.
     pub fn others(&self) -> u32 {
-        if !(self.are_read & self.has_others) {
-            return 0;
-        }
-        (0..).zip(&self.others).fold(0, |levels, (pair, line)| levels | u32::from(line.level()) << (pair & 3))
+        if self.are_read & self.has_others { self.other_levels } else { 0 }
     }
 
     /// Takes the samples of this cycle; `None`: unreadable, all levels low (DEC-18).
@@ -209,6 +271,15 @@ impl Inputs {
             return 0;
         };
         self.are_read = true;
+        let goes_on = !settled & self.rest.is_some_and(|rest| rest.goes_on(io));
+        if !goes_on {
+            self.take_samples(io, settled);
+        }
+        self.samples = Some(io.samples);
+        self.levels
+    }
+
+    fn take_samples(&mut self, io: &Io, settled: bool) {
         let count = match self.samples {
             Some(before) => io.samples.wrapping_sub(before).min(64) as u32,
             None => 64,
@@ -223,9 +294,10 @@ impl Inputs {
                 line.take(pattern, count);
             }
         }
-        self.samples = Some(io.samples);
-        let lines = (0..).zip(self.lines.iter().take(self.pairs));
-        lines.fold(0, |levels, (pair, line)| levels | u32::from(line.level()) << (pair & 3))
+        self.levels = levels_of(self.lines.get(..self.pairs).unwrap_or(&[]));
+        self.other_levels = levels_of(&self.others);
+        self.has_fault = self.lines.iter().any(|line| line.fault.is_some());
+        self.rest = Rest::of(self);
     }
 }
 

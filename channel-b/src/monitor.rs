@@ -353,7 +353,7 @@ impl Monitor {
         });
         if self.plan.stops.in_sto() {
             // DEC-14: nothing about motion is monitored or acknowledged in STO.
-            self.plan.bank.step(&Word::ZERO, true, now, &cells.motion, &mut |_, _, _, _| ());
+            self.plan.bank.step(requested, true, now, &cells.motion, &mut |_, _, _, _| ());
         }
     }
 

@@ -51,6 +51,10 @@ impl LineSetup {
 #[derive(Debug, Clone, Copy)]
 struct Line {
     setup: LineSetup,
+    is_unused: bool,
+    /// Cycles within which a level, and a pulse from its beginning on, must be read back.
+    patience: u32,
+    latest: u32,
     phase: Twin,
     /// Cycles since the line was last driven high, and low.
     since_high: u32,
@@ -60,15 +64,24 @@ struct Line {
 }
 
 impl Line {
-    const fn new(setup: LineSetup) -> Self {
-        let phase = Twin::new(setup.phase as i64);
-        Self { setup, phase, since_high: 0, since_low: 0, pulse_age: None }
+    fn new(setup: LineSetup, samples: u32, factor: u8) -> Self {
+        let patience = FOLLOW_CYCLES.saturating_mul(u32::from(factor));
+        let length = setup.pulse.checked_div(samples).unwrap_or(0);
+        Self {
+            setup,
+            is_unused: setup == LineSetup::UNUSED,
+            patience,
+            latest: length.saturating_add(patience),
+            phase: Twin::new(i64::from(setup.phase)),
+            since_high: 0,
+            since_low: 0,
+            pulse_age: None,
+        }
     }
 
     /// The samples of the next cycle.
-    fn drive(&mut self, level: bool, samples: u32) -> u64 {
-        let whole = ones(samples);
-        if self.setup == LineSetup::UNUSED {
+    fn drive(&mut self, level: bool, samples: u32, whole: u64) -> u64 {
+        if self.is_unused {
             return if level { whole } else { 0 };
         }
         let is_pulsed = self.setup.pulse > 0;
@@ -90,6 +103,11 @@ impl Line {
         let (pulse, period) = (self.setup.pulse, self.setup.period);
         // A damaged place begins a new period.
         let phase = self.phase.get().map_or(0, |phase| phase.clamp(0, i64::from(u32::MAX)) as u32);
+        let is_between = (phase >= pulse) & (phase.saturating_add(samples) < period);
+        if is_between {
+            self.phase = Twin::new(i64::from(phase.saturating_add(samples)));
+            return 0;
+        }
         let first = ones(pulse.saturating_sub(phase));
         let ahead = period.saturating_sub(phase);
         let second = ones(pulse).checked_shl(ahead).unwrap_or(0);
@@ -100,24 +118,20 @@ impl Line {
     }
 
     /// Whether the line does not follow. `count` samples are new.
-    fn judge(&mut self, pattern: u64, count: u64, factor: u32, samples: u32) -> bool {
+    fn judge(&mut self, pattern: u64, count: u64, whole: u64) -> bool {
         if !self.setup.is_watched {
             return false;
         }
-        let whole = ones(count.min(64) as u32);
         let seen = pattern & whole;
         let (has_high, has_low) = (seen != 0, seen != whole);
-        let patience = FOLLOW_CYCLES.saturating_mul(factor);
-        let is_wrongly_high = has_high & (self.since_high > patience);
-        let is_wrongly_low = has_low & (self.since_low > patience);
+        let is_wrongly_high = has_high & (self.since_high > self.patience);
+        let is_wrongly_low = has_low & (self.since_low > self.patience);
         let is_pulse_seen = if self.setup.is_low_side { has_high } else { has_low };
         // More samples than a pattern holds: the pulse may be among those lost.
         if is_pulse_seen | (count > 64) {
             self.pulse_age = None;
         }
-        let length = self.setup.pulse.checked_div(samples).unwrap_or(0);
-        let latest = length.saturating_add(patience);
-        let is_missing = self.pulse_age.is_some_and(|age| age > latest);
+        let is_missing = self.pulse_age.is_some_and(|age| age > self.latest);
         if is_missing {
             self.pulse_age = None;
         }
@@ -136,7 +150,8 @@ pub struct Outputs {
     lines: [Line; LINES],
     /// Samples of one cycle.
     samples: u32,
-    factor: u32,
+    /// As many ones.
+    whole: u64,
     read: Option<u64>,
 }
 
@@ -144,14 +159,15 @@ impl Outputs {
     /// Lines with their setups, for a cycle of `cycle_ns` and a timing `factor`.
     pub fn new(setups: [LineSetup; LINES], cycle_ns: u64, factor: u8) -> Self {
         let samples = (cycle_ns / SAMPLE_NS).clamp(1, 64) as u32;
-        Self { lines: setups.map(Line::new), samples, factor: u32::from(factor), read: None }
+        let lines = setups.map(|setup| Line::new(setup, samples, factor));
+        Self { lines, samples, whole: ones(samples), read: None }
     }
 
     /// What is driven in the cycle that follows.
     pub fn drive(&mut self, levels: [bool; LINES]) -> [u64; LINES] {
         let mut driven = [0; LINES];
         for ((pattern, line), level) in driven.iter_mut().zip(&mut self.lines).zip(levels) {
-            *pattern = line.drive(level, self.samples);
+            *pattern = line.drive(level, self.samples, self.whole);
         }
         driven
     }
@@ -163,9 +179,10 @@ impl Outputs {
         if count == 0 {
             return 0;
         }
+        let whole = ones(count.min(64) as u32);
         let mut wrong = 0;
         for (place, (line, pattern)) in (0..).zip(self.lines.iter_mut().zip(read)) {
-            wrong |= u8::from(line.judge(pattern, count, self.factor, self.samples)) << (place & 7);
+            wrong |= u8::from(line.judge(pattern, count, whole)) << (place & 7);
         }
         wrong
     }

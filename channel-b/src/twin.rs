@@ -35,6 +35,18 @@ impl Twin {
         if self.value == !self.mirror { Some(self.value) } else { None }
     }
 
+    /// Value and complement match.
+    #[inline]
+    pub const fn is_kept(self) -> bool {
+        self.value == !self.mirror
+    }
+
+    /// The value as it is; only beside [`Twin::is_kept`].
+    #[inline]
+    pub const fn seen(self) -> i64 {
+        self.value
+    }
+
     /// The value as a time in ns.
     #[inline]
     pub const fn get_time(self) -> Option<u64> {
@@ -49,6 +61,14 @@ impl Twin {
             Some(NO) => false,
             _ => safe,
         }
+    }
+}
+
+#[cfg(test)]
+impl Twin {
+    /// Loses a bit.
+    pub const fn damage(&mut self) {
+        self.mirror ^= 1 << 40;
     }
 }
 

@@ -3,6 +3,7 @@
 use shm_schema::word::Word;
 
 use super::Motion;
+use super::calm::{Band, Calm};
 use super::record::{Breach, Phase, Record, is_inside};
 use super::spec::{NO_BIT, Reaction, Spec};
 
@@ -18,6 +19,10 @@ pub struct Bank {
     /// the last step has found them.
     shown: Word,
     active: Word,
+    /// While these stay, both words do.
+    calm: Calm,
+    requested: Word,
+    in_sto: bool,
 }
 
 /// A bit of a word, found once: its part and its mask there.
@@ -86,6 +91,9 @@ impl Bank {
             count: 0,
             shown: Word::ZERO,
             active: Word::ZERO,
+            calm: Calm::NONE,
+            requested: Word::ZERO,
+            in_sto: false,
         }
     }
 
@@ -115,14 +123,20 @@ impl Bank {
         motion: &Motion,
         found: &mut dyn FnMut(u8, &Spec, Breach, Phase),
     ) {
+        let is_same = (self.requested == *requested) & (self.in_sto == in_sto);
+        if is_same & self.calm.holds(motion, now) {
+            return;
+        }
+        (self.requested, self.in_sto) = (*requested, in_sto);
+        let mut band = Band::OPEN;
         let (mut shown, mut active) = (Word::ZERO, Word::ZERO);
         for (place, slot) in (0..).zip(self.slots.iter_mut().take(self.count)) {
-            // The usual case of every cycle: nothing has changed since the window was reached.
-            if slot.keeps(requested, in_sto, motion) {
+            // Nothing has changed since the window was reached.
+            if slot.keeps(requested, in_sto, motion, &mut band) {
                 slot.status.enter(&mut shown);
                 continue;
             }
-            let seen = slot.step(requested, in_sto, now, motion);
+            let seen = slot.step(requested, in_sto, now, motion, &mut band);
             if seen.is_active {
                 slot.status.enter(&mut active);
             }
@@ -138,6 +152,7 @@ impl Bank {
             *part |= shown;
         }
         (self.shown, self.active) = (shown, active);
+        self.calm = Calm::of(&band);
     }
 
     /// The error of the function in `place` was acknowledged: it may start again (DEC-17).
@@ -146,6 +161,7 @@ impl Bank {
         if let Some(slot) = slot.filter(|slot| matches!(slot.state, State::Tripped)) {
             slot.state = State::Idle;
         }
+        self.calm = Calm::NONE;
     }
 
     /// Whether the function in `place` is requested and off its limit now, the one that was
@@ -184,15 +200,15 @@ impl Slot {
 
     /// It is requested and keeps the window it has reached before.
     #[inline]
-    fn keeps(&self, requested: &Word, in_sto: bool, motion: &Motion) -> bool {
+    fn keeps(&self, requested: &Word, in_sto: bool, motion: &Motion, band: &mut Band) -> bool {
         let may_keep = self.is_plain & !in_sto & self.control.is_set(requested);
         match &self.state {
-            State::Active(record) if may_keep => record.keeps(&self.spec.window, motion),
+            State::Active(record) if may_keep => record.keeps(&self.spec.window, motion, band),
             _ => false,
         }
     }
 
-    fn step(&mut self, requested: &Word, in_sto: bool, now: u64, motion: &Motion) -> Seen {
+    fn step(&mut self, requested: &Word, in_sto: bool, now: u64, motion: &Motion, band: &mut Band) -> Seen {
         let is_suspended = in_sto & !self.spec.in_sto;
         let is_off = is_suspended | !self.control.is_set(requested);
         match &self.state {
@@ -205,9 +221,21 @@ impl Slot {
             State::Idle | State::Tripped => self.state = State::Active(Record::begin(now, motion)),
         }
         if self.spec.bit_only {
+            self.show_beside(motion, band);
             return Seen { breach: None, is_active: true, is_shown: is_inside(&self.spec, motion) };
         }
-        self.judge(now, motion)
+        let seen = self.judge(now, motion, band);
+        if seen.breach.is_some() {
+            // A violation that has no reaction is told again in every cycle.
+            band.shut();
+        }
+        seen
+    }
+
+    /// The status bit stays while the motion stays on its side of both windows.
+    fn show_beside(&self, motion: &Motion, band: &mut Band) {
+        band.stay_beside(&self.spec.window, motion);
+        band.stay_beside(&self.spec.hold, motion);
     }
 
     fn is_off(&self, requested: &Word, now: u64, motion: &Motion) -> bool {
@@ -215,7 +243,7 @@ impl Slot {
         self.control.is_set(requested) && record.judge(&self.spec, now, motion).breach.is_some()
     }
 
-    fn judge(&mut self, now: u64, motion: &Motion) -> Seen {
+    fn judge(&mut self, now: u64, motion: &Motion, band: &mut Band) -> Seen {
         let State::Active(record) = &mut self.state else {
             return Seen::OFF;
         };
@@ -228,6 +256,11 @@ impl Slot {
             return Seen { breach, ..Seen::OFF };
         }
         record.note(&self.spec, &verdict, now, motion);
+        record.hold(&self.spec, verdict.phase, band);
+        if self.spec.shows_inside {
+            band.stay_beside(&self.spec.window, motion);
+            band.stay_beside(&self.spec.hold, motion);
+        }
         let is_shown = if self.spec.shows_inside {
             is_inside(&self.spec, motion)
         } else {

@@ -4,10 +4,11 @@
 //!
 //! - [`spec`]: what a function is, built once from the parameters
 //! - [`record`]: what is remembered of an active one, and the verdict on it
-//! - [`bank`]: all monitoring functions of an axis
+//! - [`bank`]: all monitoring functions of an axis · [`calm`]: how long they answer the same
 //! - [`stops`]: stop functions, their priority, and how they are left
 
 pub mod bank;
+pub mod calm;
 pub mod record;
 pub mod spec;
 pub mod stops;

@@ -4,6 +4,7 @@
 //! an exact fraction, so that a value equal to the limit is inside at any cycle (DEC-01).
 
 use super::Motion;
+use super::calm::Band;
 use super::spec::{Approach, Quantity, Range, Spec};
 use crate::twin::Twin;
 
@@ -81,16 +82,47 @@ impl Record {
     /// The window was reached before and is kept. Damage is no answer here: what is asked for
     /// is found whole, or the full judgement follows.
     #[inline]
-    pub fn keeps(&self, window: &Range, motion: &Motion) -> bool {
-        let value = match window.quantity {
-            Quantity::Speed => Some(motion.speed),
-            Quantity::Travel => self.position.get().map(|from| motion.position.saturating_sub(from)),
-            Quantity::Position => Some(motion.position),
-            Quantity::Acceleration => Some(motion.acceleration),
-            Quantity::Torque => Some(motion.torque),
+    pub fn keeps(&self, window: &Range, motion: &Motion, band: &mut Band) -> bool {
+        let Some(reference) = self.position.get() else { return false };
+        let is_inside = breach_of(window, motion, reference).is_none();
+        let keeps = is_inside & (self.landed == Twin::flag(true));
+        if keeps {
+            band.stay_inside(window, reference);
+        }
+        keeps
+    }
+
+    /// Narrows `band` to where the next cycle's verdict is the same as `phase` without a breach.
+    pub fn hold(&self, spec: &Spec, phase: Phase, band: &mut Band) {
+        let approach = &spec.approach;
+        let (Some(start), Some(reference)) = (self.start.get(), self.position.get()) else {
+            return band.shut();
         };
-        let is_inside = value.is_some_and(|value| (window.lower..=window.upper).contains(&value));
-        is_inside & (self.landed == Twin::flag(true))
+        let has_line = (phase == Phase::Line) & (approach.slope.num > 0);
+        let may_end = approach.track_peak | approach.watch_start | (approach.dwell_ns >= 0);
+        if phase == Phase::Window {
+            self.hold_window(spec, reference, band);
+        } else if has_line | may_end {
+            band.shut();
+        } else {
+            // Nothing but time ends a delay, or an approach without a line (DEC-02, DEC-07).
+            let by_time = if phase == Phase::Delay { approach.delay_ns } else { approach.timeout_ns };
+            let ends = if approach.timeout_ns > 0 { by_time.min(approach.timeout_ns) } else { by_time };
+            band.ends_at(start.saturating_add(ends));
+        }
+    }
+
+    fn hold_window(&self, spec: &Spec, reference: i64, band: &mut Band) {
+        let is_past = spec.hold_only | spec.lands_free;
+        if !is_past {
+            band.stay_inside(&spec.window, reference);
+        }
+        band.stay_inside(&spec.hold, reference);
+        match spec.ratchet {
+            1 => band.at_most(Quantity::Travel, reference),
+            -1 => band.at_least(Quantity::Travel, reference),
+            _ => {}
+        }
     }
 
     /// Reference position, increments.

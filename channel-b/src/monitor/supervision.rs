@@ -86,6 +86,9 @@ impl Monitor {
     }
 
     fn supervise_pulses(&mut self) {
+        if !self.senses.lines.has_fault() {
+            return;
+        }
         let faults = self.senses.lines.lines.map(|line| line.fault());
         for (input, fault) in (1..).zip(faults) {
             let info2 = match fault {

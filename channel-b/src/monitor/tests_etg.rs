@@ -210,6 +210,30 @@ fn sdi_watches_the_disabled_direction_from_standstill_on() {
     assert_eq!(codes(&rig.step()), [[etg::SDI << 16 | 0x101, 0, 0, 0]]);
 }
 
+/// DEC-30, ETG-SDI-02, ETG-GEN-12: each direction waits for its own standstill.
+#[test]
+fn a_direction_forbidden_while_the_axis_moves_in_it_waits_for_standstill() {
+    let mut rig = set(&[(etg::SDI, 1, 1, 100), (etg::SDI, 1, 2, 10)]);
+    rig.world.word = without(&[control::SDIP]);
+    rig.step();
+    (rig.world.speed, rig.world.position) = (-900_000, -5_000);
+    rig.step();
+    rig.world.word = without(&[control::SDIP, control::SDIN]);
+    assert!(codes(&rig.step()).is_empty());
+    rig.world.speed = 0;
+    assert!(codes(&rig.step()).is_empty());
+    rig.world.position = -5_101;
+    assert_eq!(codes(&rig.step()), [[etg::SDI << 16 | 0x101, 0, 0, 0]]);
+    // The positive one keeps its first standstill.
+    let mut first = set(&[(etg::SDI, 1, 1, 100), (etg::SDI, 1, 2, 10)]);
+    first.world.word = without(&[control::SDIP]);
+    first.step();
+    first.world.word = without(&[control::SDIP, control::SDIN]);
+    first.step();
+    first.world.position = 101;
+    assert_eq!(codes(&first.step()), [[etg::SDI << 16 | 0x101, 0, 0, 0]]);
+}
+
 /// ETG-SSM-01, DEC-14, DEC-29: a status bit only, also in STO.
 #[test]
 fn ssm_shows_its_range_and_goes_on_in_sto() {

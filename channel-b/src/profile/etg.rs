@@ -424,8 +424,7 @@ impl Builder<'_> {
             has_directions: has(etg::SDI),
             position_zero: zero(1),
             velocity_zero: zero(2).map(|rpm| rpm.saturating_mul(RPM)),
-            latched: None,
-            moved: 0,
+            directions: [Direction::OFF; 2],
             has_brake: has(etg::SBC),
             brake_control,
             brake_status,
@@ -482,16 +481,46 @@ pub const fn internal(code: ErrorCode) -> ErrorCode {
     })
 }
 
+/// One direction that is not enabled.
+#[derive(Debug, Clone, Copy)]
+struct Direction {
+    /// Position at which the speed first reached zero after activation (DEC-30).
+    latched: Option<Twin>,
+    /// Sign of the last motion, for a zero crossed between two samples.
+    moved: i64,
+}
+
+impl Direction {
+    const OFF: Self = Self { latched: None, moved: 0 };
+
+    /// Whether motion towards `sign` is past the windows of position and speed; `None`: damaged.
+    fn judge(&mut self, sign: i64, motion: &Motion, windows: [Option<i64>; 2]) -> Option<[bool; 2]> {
+        let [_, velocity_zero] = windows;
+        let speed = motion.speed;
+        let has_crossed = speed.signum().saturating_mul(self.moved) < 0;
+        let stands = speed.saturating_abs() <= velocity_zero.unwrap_or(0);
+        self.moved = speed.signum();
+        if self.latched.is_none() & (stands | has_crossed) {
+            self.latched = Some(Twin::new(motion.position));
+        }
+        let Some(latched) = self.latched else { return Some([false; 2]) };
+        let travel = motion.position.saturating_sub(latched.get()?);
+        let mut left = [false; 2];
+        for ((left, value), window) in left.iter_mut().zip([travel, speed]).zip(windows) {
+            *left = window.is_some_and(|window| value.saturating_mul(sign) > window);
+        }
+        Some(left)
+    }
+}
+
 /// Directions and brake.
 #[derive(Debug, Clone, Copy)]
 pub struct Logic {
     has_directions: bool,
     position_zero: Option<i64>,
     velocity_zero: Option<i64>,
-    /// Position at which the speed first reached zero after activation (DEC-30).
-    latched: Option<Twin>,
-    /// Sign of the last motion, for a zero crossed between two samples.
-    moved: i64,
+    /// Positive, negative.
+    directions: [Direction; 2],
     has_brake: bool,
     brake_control: u8,
     brake_status: u8,
@@ -501,50 +530,30 @@ pub struct Logic {
 
 impl Logic {
     /// ETG-SDI-02, ETG-SDI-03: once standstill was reached, not past the windows in a
-    /// direction that is not enabled.
+    /// direction that is not enabled, each from its own standstill on (ETG-GEN-12).
     pub fn watch(&mut self, asked: &Asked<'_>, requested: &Word, in_sto: bool, ledger: &mut Ledger) {
         if !self.has_directions {
             return;
         }
-        let (no_positive, no_negative) = (requested.bit(control::SDIP), requested.bit(control::SDIN));
-        let is_off = in_sto | !(no_positive | no_negative);
-        if is_off {
-            self.latched = None;
-            self.moved = 0;
-            return;
+        let windows = [self.position_zero, self.velocity_zero];
+        let mut left = [false; 2];
+        let bits = [(control::SDIP, 1), (control::SDIN, -1)];
+        for (direction, (bit, sign)) in self.directions.iter_mut().zip(bits) {
+            let is_off = in_sto | !requested.bit(bit);
+            if is_off {
+                *direction = Direction::OFF;
+                continue;
+            }
+            let Some(found) = direction.judge(sign, asked.motion, windows) else {
+                return ledger.raise(Entry::sto(ErrorCode::single(0xFF30), Cause::Lasting));
+            };
+            left.iter_mut().zip(found).for_each(|(all, one)| *all |= one);
         }
-        let speed = asked.motion.speed;
-        let has_crossed = speed.signum().saturating_mul(self.moved) < 0;
-        let stands = speed.saturating_abs() <= self.velocity_zero.unwrap_or(0);
-        self.moved = speed.signum();
-        if self.latched.is_none() & (stands | has_crossed) {
-            self.latched = Some(Twin::new(asked.motion.position));
-        }
-        let Some(latched) = self.latched else { return };
-        let Some(reference) = latched.get() else {
-            return ledger.raise(Entry::sto(ErrorCode::single(0xFF30), Cause::Lasting));
-        };
-        let travel = asked.motion.position.saturating_sub(reference);
-        let outside = |value: i64, window: Option<i64>| {
-            window.is_some_and(|window| {
-                let above = no_positive & (value > window);
-                let below = no_negative & (value < window.saturating_neg());
-                above | below
-            })
-        };
         let id = etg::SDI << 16 | 1 << 8;
-        if outside(travel, self.position_zero) {
-            self.trip(ledger, id | 1);
+        for (number, _) in (1..).zip(left).filter(|(_, is_left)| *is_left) {
+            self.directions = [Direction::OFF; 2];
+            ledger.raise(Entry::sto(ErrorCode::single(id | number), Cause::Reaction));
         }
-        if outside(speed, self.velocity_zero) {
-            self.trip(ledger, id | 2);
-        }
-    }
-
-    fn trip(&mut self, ledger: &mut Ledger, code: u32) {
-        self.latched = None;
-        self.moved = 0;
-        ledger.raise(Entry::sto(ErrorCode::single(code), Cause::Reaction));
     }
 
     /// Moving bits (ETG-SDI-04) and the brake (ETG-SBC-01).
