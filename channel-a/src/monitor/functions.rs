@@ -24,8 +24,7 @@ impl Monitor {
         if !stops.running().is_empty() {
             self.advance(&sample);
         }
-        // DEC-14: nothing is evaluated in STO, from the instant on that brings it.
-        let monitored = !self.program.stops.is_sto();
+        let monitored = self.program.stops.judges();
         self.stand_still(moving);
         self.watch(requests.watches, monitored, &sample);
         self.respond(requests, monitored, &sample);

@@ -158,10 +158,10 @@ impl Monitor {
         flow.pass(3);
         self.command_cell.take(&inputs.command);
         let heard = self.listen(now_ns);
-        let mut requests = self.request(inputs, &heard, now_ns);
-        flow.pass(4);
         let n0 = self.command_cell.last().is_some_and(|cell| cell.payload.drive_n0);
         self.judged = self.program.rules.sample(self.sample, n0);
+        let mut requests = self.request(inputs, &heard, now_ns);
+        flow.pass(4);
         self.acknowledge(&requests);
         requests.demand.restart |= self.start_up(&requests, &found, moving, now_ns);
         flow.pass(5);
@@ -412,6 +412,7 @@ impl Monitor {
             clear: command.map(|command| command.clear_error),
             drive_enabled: command.is_some_and(|command| command.drive_enabled),
             io: self.io_cell.current(now_ns, stale_ns, cycle_ns).map(|cell| &cell.payload),
+            speed: self.judged.speed,
             settle: self.settles_now(),
             operational: self.phase == Phase::Operational,
         };
@@ -451,6 +452,10 @@ impl Monitor {
         let errors = &mut self.errors;
         watches.look_again(requests.watches, &self.judged, &mut |plan, violation| {
             let (code, class) = rules.watch_code(plan, violation);
+            errors.raise(code, class);
+        });
+        stops.look_again(&self.judged, &mut |violation| {
+            let (code, class) = rules.stop_code(violation);
             errors.raise(code, class);
         });
     }

@@ -45,6 +45,8 @@ pub struct Outside<'a> {
     pub drive_enabled: bool,
     /// Safe inputs.
     pub io: Option<&'a Io>,
+    /// What the functions judge as speed, 1/1000 rpm.
+    pub speed: i64,
     /// These inputs have stood for ever.
     pub settle: bool,
     /// The phase is Operational.

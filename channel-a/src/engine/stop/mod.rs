@@ -88,6 +88,8 @@ pub struct Violation {
     pub side: Side,
     /// The position window, not the speed.
     pub position: bool,
+    /// What follows.
+    pub reaction: Reaction,
 }
 
 /// One stop function: its row of the table, and where it is while it runs or stands.
@@ -108,6 +110,8 @@ pub struct Stops {
     /// Those whose standstill is left only with a restart acknowledge.
     acknowledged: Places,
     sto: bool,
+    /// STO is in force for all that this instant shows, and not only by what it shows.
+    shut: bool,
     braking: Places,
     standing: Places,
     /// Have run to their end, and hold it as long as they are requested.
@@ -141,6 +145,12 @@ impl Stops {
     /// Torque is off.
     pub const fn is_sto(&self) -> bool {
         self.sto
+    }
+
+    /// Limits are judged in this instant: no STO, or only one that left limits of this instant lead
+    /// to. That one begins when all of them have been judged (DEC-02, DEC-14).
+    pub const fn judges(&self) -> bool {
+        !self.shut
     }
 
     /// Those that brake.
@@ -209,6 +219,7 @@ impl Stops {
         if demand.sto {
             self.enter_sto(sample.now_ns);
         }
+        self.shut = self.sto;
         if self.is_idle() {
             self.failed = Places::NONE;
         }

@@ -2,8 +2,12 @@
 
 use super::super::{Program, Rules};
 use super::contacts::Contact;
+use super::overspeed::Overspeed;
 use super::pulse::Pulse;
-use super::{Cascade, Lenze, MILLISECOND, Mode, PAIRS, Pair, RPM, Role, SLI_REQUEST, SLS, SS1, SS2, code};
+use super::{
+    Cascade, Lenze, MILLISECOND, Mode, PAIRS, Pair, RPM, Role, SLI_REQUEST, SLS, SLS_CODE, SMS_CODE, SS1,
+    SS2, code,
+};
 use crate::encoder::Selection;
 use crate::encoder::twin::{Compared, Twin};
 use crate::engine::Range;
@@ -23,7 +27,6 @@ const CLOCK_GAP_US: i64 = 500;
 const CLOCK_PERIOD_MS: i64 = 2_000;
 /// Where a position encoder is connected (DEC-50).
 const POSITION_SLOT: u8 = 2;
-const SMS: u16 = 105;
 const SLI: u16 = 111;
 const SDI: [(u8, u16); 2] = [(control::SDIPOS, 103), (control::SDINEG, 104)];
 const SOS_LEFT: u16 = 106;
@@ -77,13 +80,13 @@ pub fn build(image: &Image, program: &mut Program) {
     };
     let top = Range::symmetric(rpm(15_320));
     if c(15_320) > 0 {
-        program.add(plan(Quantity::Speed, after(0, top), top, SMS, None, reaction(c(15_321))));
+        program.add(plan(Quantity::Speed, after(0, top), top, SMS_CODE, None, reaction(c(15_321))));
     }
     for (bit, number) in SLS.into_iter().zip(1..) {
         let window = Range::symmetric(code(image, 15_330, number).saturating_mul(RPM));
         let way = after(code(image, 15_331, number), window);
         let error = reaction(code(image, 15_332, number));
-        program.add(plan(Quantity::Speed, way, window, 97 + number as u16, Some(bit), error));
+        program.add(plan(Quantity::Speed, way, window, SLS_CODE + number as u16 - 1, Some(bit), error));
     }
     let tolerance = c(15_342);
     let back = Range { lower: tolerance.saturating_neg(), upper: i64::MAX };
@@ -233,7 +236,7 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         emergency: false,
         emergency_asked: false,
         cascade: cascading.then_some(Cascade::Closed),
-        response_ns: (c(15_350).max(0) as u64).saturating_mul(MILLISECOND),
+        overspeed: Overspeed::new((c(15_350).max(0) as u64).saturating_mul(MILLISECOND)),
         encoderless: c(15_400) == 0,
         enable_armed: false,
         ais_armed: false,
@@ -247,6 +250,5 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         output_and: code(image, 15_055, 1) == 1,
         resolver,
         window: Range::symmetric(c(15_310).saturating_mul(RPM)),
-        speed: 0,
     }
 }

@@ -4,6 +4,7 @@
 mod build;
 pub mod codes;
 mod contacts;
+mod overspeed;
 mod pulse;
 mod rules;
 
@@ -17,6 +18,7 @@ use crate::errors::{Class, Errors};
 use crate::image::Image;
 use crate::inputs::Newest;
 use contacts::Contact;
+use overspeed::Overspeed;
 use pulse::Pulse;
 use shm_schema::drive::DriveRequest;
 use shm_schema::error::ErrorCode;
@@ -43,6 +45,10 @@ const NEUTRAL: u32 = 0x0180_01FF;
 const NEEDS_ENCODER: u32 = 0x0000_01FC;
 const SLI_REQUEST: u8 = 10;
 const SLS: [u8; 4] = [control::SLS1, control::SLS2, control::SLS3, control::SLS4];
+/// Codes of the limits that C15350 knows: SLS1 to SLS4 from here on, and SMS.
+const SLS_CODE: u16 = 98;
+const SMS_CODE: u16 = 105;
+const OVERSPEEDS: usize = (SMS_CODE - SLS_CODE) as usize + 1;
 const STILL_FAST: u32 = 102;
 /// LNZ-SPD-10
 const NO_ENCODER: u32 = 107;
@@ -66,6 +72,14 @@ enum Role {
 struct Pair {
     role: Role,
     contact: Contact,
+}
+
+/// What may change the operation mode, from the bus, and whether the enable switch may.
+#[derive(Debug, Clone, Copy)]
+struct Switches {
+    mode_bus: bool,
+    enable_bus: Option<bool>,
+    kept: bool,
 }
 
 /// Operation mode (LNZ-OMS-04 to LNZ-OMS-07).
@@ -110,7 +124,7 @@ pub struct Lenze {
     emergency: bool,
     emergency_asked: bool,
     cascade: Option<Cascade>,
-    response_ns: u64,
+    overspeed: Overspeed,
     encoderless: bool,
     enable_armed: bool,
     ais_armed: bool,
@@ -124,8 +138,6 @@ pub struct Lenze {
     output_and: bool,
     resolver: bool,
     window: Range,
-    /// Speed of the step before, 1/1000 rpm.
-    speed: i64,
 }
 
 fn code(image: &Image, number: u32, subcode: u32) -> i64 {
@@ -152,13 +164,18 @@ impl Lenze {
         let enable_bus = bit(control::ES);
         let acknowledged =
             self.acknowledgements(outside, bit(control::PS_AIS), bit(control::PS_AIE), &mut requests);
+        // DEC-15: a violation is acknowledged once its reaction has reached its end state.
+        if acknowledged & stops.is_settled() {
+            self.overspeed.end();
+        }
         requests.inputs |= self.inputs(outside, acknowledged, errors);
         asked |= self.asked_by_inputs();
         // What bus or inputs ask for; what a parameter, another function or special operation adds
         // or holds back is no request.
         requests.requested = Word::from_u32(asked);
         self.output_off = passed & (1 << control::SD_OUT1) == 0;
-        let asked = self.operate(asked, mode_bus, enable_bus, watches, &mut requests);
+        let switches = Switches { mode_bus, enable_bus, kept: self.keeps_limit(outside, watches, stops) };
+        let asked = self.operate(asked, switches, &mut requests);
         self.demand(asked, outside, stops, &mut requests, errors);
         requests
     }
@@ -245,18 +262,29 @@ impl Lenze {
         input.and_then(|pair| self.pairs.get(pair)).map(|pair| &pair.contact)
     }
 
+    /// LNZ-OMS-22: the limited speed has to be monitored and kept, as the status says it. In STO
+    /// nothing is monitored (DEC-14): there the limit itself is asked.
+    fn keeps_limit(&self, outside: &Outside, watches: &Watches, stops: &Stops) -> bool {
+        let waits = self.mode == Mode::Special(false);
+        if !waits | (self.motion == 0) {
+            return waits;
+        }
+        let limits = |watch: &&Watch| {
+            watch.plan.request.is_some_and(|bit| self.motion == 1_u32.wrapping_shl(u32::from(bit)))
+        };
+        let keeps = |watch: &Watch| match stops.is_sto() {
+            true => watch.plan.window.has(outside.speed),
+            false => is_monitored(watch, outside.speed),
+        };
+        watches.iter().filter(limits).any(keeps)
+    }
+
     /// Mode and enable switch; what is asked for in the mode (LNZ-OMS, LNZ-ES).
-    fn operate(
-        &mut self,
-        asked: u32,
-        mode_bus: bool,
-        enable_bus: Option<bool>,
-        watches: &Watches,
-        requests: &mut Requests,
-    ) -> u32 {
+    fn operate(&mut self, asked: u32, switches: Switches, requests: &mut Requests) -> u32 {
+        let Switches { mode_bus, enable_bus, kept } = switches;
         let special = match self.contact(self.selector) {
-            // LNZ-OMS-16: a faulty selector means normal operation.
-            Some(contact) if self.special_when_low => !contact.is_on() & !contact.level(),
+            // LNZ-OMS-16: a faulty selector means normal operation, whatever level selects.
+            Some(contact) if self.special_when_low => !(contact.is_on() | contact.is_faulty()),
             Some(contact) => contact.is_on(),
             None => mode_bus,
         };
@@ -266,18 +294,13 @@ impl Lenze {
         };
         self.special_requested = special;
         let confirmed = edge(&mut self.enable_armed, enable);
-        // LNZ-OMS-22: the limited speed has to be monitored and kept, as the status says it.
-        let limited = |watch: &Watch| {
-            let wanted =
-                watch.plan.request.is_some_and(|bit| self.motion == 1_u32.wrapping_shl(u32::from(bit)));
-            wanted & is_monitored(watch, self.speed)
-        };
-        let kept = self.motion == 0 || watches.iter().any(limited);
+        // LNZ-OMS-08: the emergency stop is a state of its own, an edge in it confirms nothing.
+        let accepted = confirmed & kept & (asked & (1 << control::SSE) == 0);
         let left = matches!(self.mode, Mode::Special(false)) & !special;
         self.mode = match self.mode {
             Mode::Normal if special => Mode::Special(false),
             Mode::Special(false) if !special => Mode::Normal,
-            Mode::Special(false) if confirmed & kept => Mode::Special(true),
+            Mode::Special(false) if accepted => Mode::Special(true),
             Mode::Special(true) if enable != Some(true) => Mode::Special(false),
             mode => mode,
         };
@@ -374,18 +397,14 @@ impl Lenze {
     }
 
     /// SLS and SMS: back inside when C15350 has elapsed since the violation was detected, or STO
-    /// with 102 (LNZ-SMS-06, LNZ-EX-27). Being inside in between does not end the time.
+    /// with 102 (LNZ-SMS-06, LNZ-EX-27).
     pub fn respond(&mut self, scene: &Scene) -> Response {
-        self.speed = scene.sample.speed;
-        let Scene { watches, sample, monitored, .. } = *scene;
-        let is_late = |watch: &Watch| {
-            let since_ns = watch.violated_since_ns().filter(|_| stops_by_itself(watch));
-            let fast = watch.plan.window.left_by(sample.speed).is_some();
-            let elapsed =
-                since_ns.is_some_and(|since| sample.now_ns.saturating_sub(since) >= self.response_ns);
-            fast & elapsed
-        };
-        if monitored && watches.violated().any(is_late) {
+        if !scene.monitored {
+            self.overspeed.end();
+            return Response::NOTHING;
+        }
+        self.overspeed.begin(scene.watches.violated());
+        if self.overspeed.is_late(scene.sample) {
             let error = Some((ErrorCode::single(STILL_FAST), Class::Limit));
             return Response { error, reaction: Reaction::Sto };
         }
@@ -477,12 +496,6 @@ impl Lenze {
         }
         selected & if self.output_and { all } else { any }
     }
-}
-
-/// SLS or SMS with SS1 or SS2; with STO the motor is coasting already (LNZ-SMS-07).
-fn stops_by_itself(watch: &Watch) -> bool {
-    let speed = watch.plan.quantity == Quantity::Speed;
-    speed & matches!(watch.plan.reaction, Reaction::Stop(_))
 }
 
 /// LNZ-SLS-02: a limited speed from V1.3 on as soon as the speed is below the limit.
