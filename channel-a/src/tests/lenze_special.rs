@@ -179,3 +179,30 @@ fn nothing_is_judged_beside_the_end_of_an_ss1() {
     assert_eq!(codes(&bench.ride(299, |_| 600.0)), []);
     assert_eq!(codes(&bench.ride(300, |_| 600.0)), [(97, 0, 0, 0)]);
 }
+
+#[test]
+fn the_enable_switch_does_not_end_the_stop_of_an_error() {
+    // LNZ-OMS-10, LNZ-OMS-14: 111 in special operation, acknowledged by AIE
+    for again in [false, true] {
+        let mut bench = bench(&[(15_200, 0, 2), (15_201, 0, 11), (15_203, 0, 100), (15_308, 0, 1)]);
+        bench.travel = false;
+        bench.word |= OMS;
+        bench.until(9);
+        bench.word |= ES;
+        bench.until(10);
+        bench.position = 101;
+        assert_eq!(codes(&bench.until(11)), [(111, 0, 0, 0)]);
+        bench.word |= AIE;
+        bench.until(12);
+        if again {
+            bench.word &= !ES;
+            bench.until(13);
+            bench.word |= ES;
+        }
+        let report = bench.until(20);
+        assert_eq!((codes(&report).as_slice(), report.stop), ([].as_slice(), Stop::Sto));
+        bench.word |= AIS;
+        let report = bench.until(21);
+        assert_eq!((report.status.bit(9), report.stop), (true, Stop::None));
+    }
+}

@@ -77,7 +77,9 @@ impl Stops {
                 self.failed = self.failed.with(Places::of(place));
                 self.react(reaction, sample);
             }
-            _ => self.enter_sto(sample.now_ns),
+            _ => {
+                self.react(Reaction::Sto, sample);
+            }
         }
     }
 
@@ -91,7 +93,7 @@ impl Stops {
         for (side, position) in left {
             if let Some(side) = side {
                 found(Violation { function, part: Part::Window, side, position, reaction: Reaction::Sto });
-                self.enter_sto(sample.now_ns);
+                self.react(Reaction::Sto, sample);
             }
         }
     }

@@ -3,10 +3,10 @@
 use super::super::{Program, Rules};
 use super::contacts::Contact;
 use super::overspeed::Overspeed;
+use super::pairs::{Pairs, Role};
 use super::pulse::Pulse;
 use super::{
-    Cascade, Lenze, MILLISECOND, Mode, PAIRS, Pair, RPM, Role, SLI_REQUEST, SLS, SLS_CODE, SMS_CODE, SS1,
-    SS2, code,
+    Cascade, Lenze, MILLISECOND, Mode, PAIRS, RPM, SLI_REQUEST, SLS, SLS_CODE, SMS_CODE, SS1, SS2, code,
 };
 use crate::encoder::Selection;
 use crate::encoder::twin::{Compared, Twin};
@@ -211,28 +211,24 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         let filter_us = TEST_PULSE_US.saturating_add((delay.max(0) as u64).saturating_mul(1_000));
         Contact::new(filter_samples(filter_us), (discrepancy.max(0) as u64).saturating_mul(MILLISECOND))
     };
-    let mut pairs = roles.map(|role| Pair { role, contact: Contact::default() });
-    for (pair, row) in pairs.iter_mut().zip(each(15_033).into_iter().zip(each(15_034))) {
-        pair.contact = contact(row);
+    let mut contacts = [Contact::default(); PAIRS];
+    for (place, row) in contacts.iter_mut().zip(each(15_033).into_iter().zip(each(15_034))) {
+        *place = contact(row);
     }
     let filter = c(15_113) as u32;
     Lenze {
         filter,
         bus: c(15_100) != 0,
-        pairs,
-        selector: roles.iter().position(|role| *role == Role::Mode),
-        enable: roles.iter().position(|role| *role == Role::Enable),
-        samples: None,
-        initialised: false,
+        pairs: Pairs::new(roles, contacts),
         mode: Mode::Normal,
         special_when_low: c(15_202) == 1,
-        special_stop: c(15_200),
+        special_stop: reaction(c(15_200)),
         motion: if (3..=6).contains(&c(15_201)) { 1_u32.wrapping_shl(c(15_201) as u32) } else { 0 },
         permanent: direction(c(15_340)),
         with_sls,
         directed_sls,
         limited_increment: c(15_203) > 0,
-        emergency_ss1: c(15_205) == 1,
+        emergency_stop: if c(15_205) == 1 { Reaction::Stop(SS1) } else { Reaction::Sto },
         emergency: false,
         emergency_asked: false,
         cascade: cascading.then_some(Cascade::Closed),
