@@ -282,7 +282,7 @@ impl Rules {
             Self::Amk(amk) => amk.requests(outside, errors),
             Self::Etg(etg) => etg.requests(outside, stops),
             Self::Lenze(lenze) => lenze.requests(outside, watches, stops, errors),
-            Self::Atv(atv) => atv.requests(outside, errors),
+            Self::Atv(atv) => atv.requests(outside, stops, errors),
         }
     }
 
