@@ -196,9 +196,10 @@ impl Lenze {
         let limits = |watch: &&Watch| {
             watch.plan.request.is_some_and(|bit| self.motion == 1_u32.wrapping_shl(u32::from(bit)))
         };
-        let keeps = |watch: &Watch| match stops.is_sto() {
-            true => watch.plan.window.has(outside.speed),
-            false => is_monitored(watch, outside.speed),
+        let in_sto = stops.is_sto();
+        let keeps = |watch: &Watch| {
+            let inside = watch.plan.window.has(outside.speed);
+            if in_sto { inside } else { is_monitored(watch, outside.speed) }
         };
         watches.iter().filter(limits).any(keeps)
     }

@@ -38,7 +38,7 @@ struct Pair {
 /// All of them.
 #[derive(Debug, Clone)]
 pub struct Pairs {
-    pairs: [Pair; PAIRS],
+    each: [Pair; PAIRS],
     /// Those with a role.
     used: Places,
     /// Those that are looked at: during the initialisation all of them.
@@ -49,28 +49,28 @@ pub struct Pairs {
 impl Pairs {
     /// Nothing seen yet.
     pub fn new(roles: [Role; PAIRS], contacts: [Contact; PAIRS]) -> Self {
-        let mut pairs = roles.map(|role| Pair { role, contact: Contact::default() });
+        let mut each = roles.map(|role| Pair { role, contact: Contact::default() });
         let (mut used, mut watched) = (Places::NONE, Places::NONE);
-        for ((pair, contact), place) in pairs.iter_mut().zip(contacts).zip(0..) {
+        for ((pair, contact), place) in each.iter_mut().zip(contacts).zip(0..) {
             pair.contact = contact;
             used = used.with(Places::when(pair.role != Role::Deactivated, place));
             watched = watched.with(Places::of(place));
         }
-        Self { pairs, used, watched, samples: None }
+        Self { each, used, watched, samples: None }
     }
 
     /// The valuations of this instant, bit by bit.
     pub fn take(&mut self, outside: &Outside, acknowledged: bool, errors: &mut Errors) -> u32 {
         let Some(io) = outside.io else {
             self.samples = None;
-            self.pairs.iter_mut().for_each(|pair| pair.contact.settle(false, false));
+            self.each.iter_mut().for_each(|pair| pair.contact.settle(false, false));
             return 0;
         };
         let before = self.samples.replace(io.samples).unwrap_or(io.samples);
         let newest = Newest::new(io.samples.wrapping_sub(before));
         let mut valued = 0;
         for place in self.watched {
-            let Some(pair) = self.pairs.get_mut(usize::from(place)) else { continue };
+            let Some(pair) = self.each.get_mut(usize::from(place)) else { continue };
             let fault = pair.take(place, (io, newest), acknowledged, outside);
             let on = self.used.has(place) & pair.contact.is_on();
             valued |= u32::from(on).wrapping_shl(place.into());
@@ -86,8 +86,7 @@ impl Pairs {
 
     /// Bits of the control word that the inputs request.
     pub fn asked(&self) -> u32 {
-        let each = self.used.into_iter().filter_map(|place| self.pairs.get(usize::from(place)));
-        each.fold(0, |asked, pair| match pair.role {
+        self.in_use().fold(0, |asked, pair| match pair.role {
             Role::Request(bits) if !pair.contact.is_on() => asked | bits,
             _ => asked,
         })
@@ -95,8 +94,11 @@ impl Pairs {
 
     /// The input with this role.
     pub fn with(&self, role: Role) -> Option<&Contact> {
-        let mut each = self.used.into_iter().filter_map(|place| self.pairs.get(usize::from(place)));
-        each.find(|pair| pair.role == role).map(|pair| &pair.contact)
+        self.in_use().find(|pair| pair.role == role).map(|pair| &pair.contact)
+    }
+
+    fn in_use(&self) -> impl Iterator<Item = &Pair> {
+        self.used.into_iter().filter_map(|place| self.each.get(usize::from(place)))
     }
 }
 
