@@ -27,6 +27,22 @@ struct Accepted {
     path_test: PathTest,
 }
 
+/// What the accepted agreement says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Heard {
+    /// There is one, young enough.
+    pub is_agreed: bool,
+    /// It permits torque as far as crosscheck is concerned.
+    pub permits: bool,
+    /// What it asks of the paths.
+    pub path_test: PathTest,
+}
+
+impl Heard {
+    /// No agreement counts.
+    pub const NOTHING: Self = Self { is_agreed: false, permits: false, path_test: PathTest::None };
+}
+
 impl Agreed {
     /// Nothing published, nothing accepted.
     pub const fn new() -> Self {
@@ -66,34 +82,27 @@ impl Agreed {
 
     fn is_own(&self, echo: &Echo, boot_nonce: u32) -> bool {
         let same = |own: &Published| (own.exchange, own.crc32) == (echo.exchange, echo.crc32);
-        // From the newest backwards: the usual echo is the first or second.
+        let newest = self.published.get(self.place).is_some_and(|newest| newest.as_ref().is_some_and(same));
+        if newest {
+            return echo.boot_nonce == boot_nonce;
+        }
+        // From the newest backwards.
         let (newer, older) = self.published.split_at(self.place.wrapping_add(1).min(KEPT));
         let is_known = newer.iter().rev().chain(older.iter().rev()).flatten().any(same);
         is_known & (echo.boot_nonce == boot_nonce)
     }
 
-    fn young(&self, exchange: u64, age_max: u64) -> Option<&Accepted> {
-        self.accepted.as_ref().filter(|accepted| exchange.saturating_sub(accepted.exchange) <= age_max)
-    }
-
-    /// An accepted agreement echoes a report of at most `age_max` exchanges before `exchange`.
-    pub fn is_agreed(&self, exchange: u64, age_max: u64) -> bool {
-        self.young(exchange, age_max).is_some()
-    }
-
-    /// Torque is permitted as far as crosscheck is concerned.
-    pub fn permits(&self, exchange: u64, age_max: u64) -> bool {
-        self.young(exchange, age_max).is_some_and(|accepted| accepted.permit)
+    /// What counts of it in `exchange`: only an agreement on a report of at most `age_max`
+    /// exchanges before.
+    pub fn heard(&self, exchange: u64, age_max: u64) -> Heard {
+        let is_young = |accepted: &&Accepted| exchange.saturating_sub(accepted.exchange) <= age_max;
+        let Some(accepted) = self.accepted.as_ref().filter(is_young) else { return Heard::NOTHING };
+        Heard { is_agreed: true, permits: accepted.permit, path_test: accepted.path_test }
     }
 
     /// An error of crosscheck's own stands.
     pub const fn has_error(&self) -> bool {
         self.has_error
-    }
-
-    /// What the accepted agreement asks of the paths.
-    pub fn path_test(&self, exchange: u64, age_max: u64) -> PathTest {
-        self.young(exchange, age_max).map_or(PathTest::None, |accepted| accepted.path_test)
     }
 }
 
@@ -131,7 +140,7 @@ mod tests {
     #[test]
     fn an_accepted_agreement_counts_until_its_echo_is_three_exchanges_old() {
         let agreed = agreed(40);
-        assert_eq!([40, 41, 42].map(|exchange| agreed.permits(exchange, 2)), [true, true, false]);
+        assert_eq!([40, 41, 42].map(|exchange| agreed.heard(exchange, 2).permits), [true, true, false]);
     }
 
     /// Architecture: a cell's content is as old as its last valid update.
@@ -139,8 +148,8 @@ mod tests {
     fn an_unreadable_agreement_takes_nothing_back() {
         let mut agreed = agreed(40);
         agreed.take(&Err(CellFault::CheckSum), NONCE);
-        assert!(agreed.permits(41, 2));
-        assert!(!agreed.permits(42, 2));
+        assert!(agreed.heard(41, 2).permits);
+        assert!(!agreed.heard(42, 2).permits);
     }
 
     #[test]
@@ -152,7 +161,7 @@ mod tests {
             change(&mut cell.payload.echo_b);
             let mut agreed = agreed(40);
             agreed.take(&Ok(cell), NONCE);
-            assert!(!agreed.is_agreed(40, 2));
+            assert!(!agreed.heard(40, 2).is_agreed);
         }
     }
 
@@ -163,7 +172,7 @@ mod tests {
             cell.payload.error = error;
             let mut agreed = agreed(40);
             agreed.take(&Ok(cell), NONCE);
-            assert!(agreed.is_agreed(40, 2) & !agreed.permits(40, 2));
+            assert!(agreed.heard(40, 2).is_agreed & !agreed.heard(40, 2).permits);
         }
     }
 
@@ -173,7 +182,7 @@ mod tests {
         for (exchange, known) in [(9, true), (8, false)] {
             agreed.forget();
             agreed.take(&agreement(exchange, true), NONCE);
-            assert_eq!(agreed.is_agreed(exchange, 0), known, "{exchange}");
+            assert_eq!(agreed.heard(exchange, 0).is_agreed, known, "{exchange}");
         }
     }
 }

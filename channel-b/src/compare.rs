@@ -56,6 +56,51 @@ impl Differences {
     }
 }
 
+/// What of an own report is compared.
+#[derive(Debug, Clone, Copy)]
+pub struct Said {
+    exchange: u64,
+    status: Word,
+    requested: Word,
+    inputs: u32,
+    acknowledgements: u32,
+    session_id: u16,
+    frame_digest: u32,
+    stop: Stop,
+    phase: Phase,
+    position: i64,
+    speed_mrpm: i32,
+    parameter_signature: u32,
+    /// Nothing stands; an error stands, in a run and in a start-up.
+    is_free: bool,
+    errs: bool,
+    errs_starting: bool,
+}
+
+impl Said {
+    /// Of `report`.
+    pub fn of(report: &Report, limits: &Limits) -> Self {
+        let is_free = report.errors.is_empty();
+        Self {
+            exchange: report.exchange,
+            status: report.status,
+            requested: report.requested,
+            inputs: report.inputs,
+            acknowledgements: report.acknowledgements,
+            session_id: report.session_id,
+            frame_digest: report.frame_digest,
+            stop: report.stop,
+            phase: report.phase,
+            position: report.position,
+            speed_mrpm: report.speed_mrpm,
+            parameter_signature: report.parameter_signature,
+            is_free,
+            errs: !is_free && is_counted(&report.errors, limits, false),
+            errs_starting: !is_free && is_counted(&report.errors, limits, true),
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Timed {
     /// Lane (status, request, single items) and bit.
@@ -66,11 +111,13 @@ struct Timed {
 /// The own last reports and what differs.
 #[derive(Debug, Clone, Copy)]
 pub struct Comparison {
-    kept: [Option<Report>; KEPT],
+    kept: [Option<Said>; KEPT],
     place: usize,
     timers: Timers,
     compared: Option<u64>,
     last: Differences,
+    /// `last` forbids nothing.
+    is_clear: bool,
 }
 
 /// A timer for each item that differs (DEC-21).
@@ -93,6 +140,7 @@ impl Comparison {
             place: 0,
             timers: Timers { timed: [None; TIMED], crowded: None, is_quiet: false, is_timing: false },
             compared: None,
+            is_clear: true,
             last: Differences {
                 stops: [false; STOPS],
                 other: false,
@@ -104,17 +152,17 @@ impl Comparison {
     }
 
     /// Nothing differed in the newest exchange: what start-up asks for (DEC-19).
-    pub fn is_equal(&self) -> bool {
-        self.timers.is_quiet & self.is_clear()
+    pub const fn is_equal(&self) -> bool {
+        self.timers.is_quiet & self.is_clear
     }
 
     /// The newest comparison found nothing.
-    pub fn is_clear(&self) -> bool {
-        self.last.is_clear()
+    pub const fn is_clear(&self) -> bool {
+        self.is_clear
     }
 
     /// Keeps the own report of an exchange.
-    pub fn keep(&mut self, own: &Report) {
+    pub fn keep(&mut self, own: &Said) {
         self.place = self.place.wrapping_add(1) % KEPT;
         if let Some(place) = self.kept.get_mut(self.place) {
             *place = Some(*own);
@@ -125,7 +173,7 @@ impl Comparison {
     /// kept. Without a pair the last result stands. `is_starting`: before the first torque.
     pub fn compare(
         &mut self,
-        current: &Report,
+        current: &Said,
         partner: &Report,
         limits: &Limits,
         build: u32,
@@ -148,6 +196,7 @@ impl Comparison {
         self.compared = Some(partner.exchange);
         let expired = self.timers.time(own, partner, limits, is_starting);
         self.last = difference(own, partner, limits, build, expired);
+        self.is_clear = self.last.is_clear();
         self.last
     }
 }
@@ -156,7 +205,7 @@ impl Timers {
     /// Advances the timers of everything that differs; what has differed for too long.
     fn time(
         &mut self,
-        own: &Report,
+        own: &Said,
         partner: &Report,
         limits: &Limits,
         is_starting: bool,
@@ -168,8 +217,8 @@ impl Timers {
         // One channel may come to the next phase of start-up before the other: what its status
         // shows then, and an error of one that pairs, only keeps the other waiting.
         let is_ahead = is_starting & (own.phase != partner.phase);
-        let counts = |errors: &ErrorList| is_counted(errors, limits, is_starting);
-        let differs_by_error = counts(&own.errors) != counts(&partner.errors);
+        let theirs = is_counted(&partner.errors, limits, is_starting);
+        let differs_by_error = theirs != if is_starting { own.errs_starting } else { own.errs };
         let mut masked = if is_ahead { Word([u32::MAX; 8]) } else { Word::ZERO };
         masked = if is_starting { joined(masked, limits.error_bit) } else { masked };
         let mut status = masked_out(&xor(&own.status, &partner.status), &masked);
@@ -264,7 +313,7 @@ impl Default for Comparison {
 
 /// What this exchange differs in; `expired` by the timers.
 fn difference(
-    own: &Report,
+    own: &Said,
     partner: &Report,
     limits: &Limits,
     build: u32,
@@ -283,12 +332,12 @@ fn difference(
 }
 
 /// The usual case: everything that is timed is the same.
-fn is_alike(own: &Report, partner: &Report) -> bool {
+fn is_alike(own: &Said, partner: &Report) -> bool {
     let words = (own.status == partner.status) & (own.requested == partner.requested);
     let levels = (own.inputs ^ partner.inputs) | (own.acknowledgements ^ partner.acknowledgements);
     let bus = (own.session_id == partner.session_id) & (own.frame_digest == partner.frame_digest);
     let state = (own.stop == partner.stop) & (own.phase == partner.phase);
-    let errors = own.errors.is_empty() & partner.errors.is_empty();
+    let errors = own.is_free & partner.errors.is_empty();
     words & (levels == 0) & bus & state & errors
 }
 
@@ -312,7 +361,7 @@ fn is_comparable(phase: Phase) -> bool {
 }
 
 /// One channel alone in a stop, by its report or its status bit; bit n for the n-th.
-fn alone(own: &Report, partner: &Report, status: &Word, limits: &Limits) -> u32 {
+fn alone(own: &Said, partner: &Report, status: &Word, limits: &Limits) -> u32 {
     let stops = (0_u32..).zip(STOP_ITEMS).zip(&limits.stop_bits);
     stops.fold(0, |all, ((place, stop), bits)| {
         let by_state = (own.stop == stop) != (partner.stop == stop);
@@ -321,7 +370,7 @@ fn alone(own: &Report, partner: &Report, status: &Word, limits: &Limits) -> u32 
     })
 }
 
-fn single(own: &Report, partner: &Report, differs_by_error: bool, stops: u32) -> Word {
+fn single(own: &Said, partner: &Report, differs_by_error: bool, stops: u32) -> Word {
     let inputs = own.inputs ^ partner.inputs;
     let acknowledgements = own.acknowledgements ^ partner.acknowledgements;
     let others =
@@ -373,11 +422,15 @@ mod tests {
         Report { exchange, status, position, phase: Phase::Operational, ..Report::default() }
     }
 
+    fn said(report: &Report) -> Said {
+        Said::of(report, &LIMITS)
+    }
+
     fn first(found: impl Fn(&Differences) -> bool, partner: impl Fn(u64) -> u32) -> Option<u64> {
         let mut comparison = Comparison::new();
         (0..400).find(|k| {
             let theirs = report(*k, partner(*k), 0);
-            found(&comparison.compare(&report(*k, 0, 0), &theirs, &LIMITS, 0, false))
+            found(&comparison.compare(&said(&report(*k, 0, 0)), &theirs, &LIMITS, 0, false))
         })
     }
 
@@ -399,7 +452,7 @@ mod tests {
     fn positions_may_differ_by_the_limit_and_no_further() {
         let judged = |position| {
             let mut comparison = Comparison::new();
-            comparison.compare(&report(1, 0, 0), &report(1, 0, position), &LIMITS, 0, false).position
+            comparison.compare(&said(&report(1, 0, 0)), &report(1, 0, position), &LIMITS, 0, false).position
         };
         assert_eq!([50, -50, 51, -51].map(judged), [false, false, true, true]);
     }
@@ -418,7 +471,7 @@ mod tests {
             let trips = (0..=120).any(|k| {
                 let mut own = with_error(report(k, 0, 0), code);
                 own.status = Word::ZERO;
-                comparison.compare(&own, &report(k, 0, 0), &LIMITS, 0, is_starting).other
+                comparison.compare(&said(&own), &report(k, 0, 0), &LIMITS, 0, is_starting).other
             });
             (trips, comparison.is_equal())
         };
@@ -435,13 +488,13 @@ mod tests {
             let mut comparison = Comparison::new();
             let seen = (0..=120).any(|k| {
                 let partner = Report { phase: Phase::AwaitAcknowledge, ..report(k, 1 << 28, 0) };
-                comparison.compare(&report(k, 0, 0), &partner, &LIMITS, 0, is_starting).other
+                comparison.compare(&said(&report(k, 0, 0)), &partner, &LIMITS, 0, is_starting).other
             });
             assert_eq!(seen, trips);
         }
         let mut comparison = Comparison::new();
         let partner = with_error(report(1, 0, 0), ErrorCode::amk(3606, 7, 3, 0));
-        comparison.compare(&report(1, 0, 0), &partner, &LIMITS, 0, true);
+        comparison.compare(&said(&report(1, 0, 0)), &partner, &LIMITS, 0, true);
         assert!(!comparison.is_equal() & comparison.is_clear());
     }
 
@@ -449,9 +502,9 @@ mod tests {
     fn a_late_partner_is_paired_with_the_kept_report_of_its_exchange() {
         let mut comparison = Comparison::new();
         for k in 0..4 {
-            comparison.keep(&report(k, 0, 1_000 * k as i64));
+            comparison.keep(&said(&report(k, 0, 1_000 * k as i64)));
         }
-        let now = report(4, 0, 4_000);
+        let now = said(&report(4, 0, 4_000));
         assert!(comparison.compare(&now, &report(2, 0, 2_000), &LIMITS, 0, false).is_clear());
         assert!(comparison.compare(&now, &report(3, 0, 3_999), &LIMITS, 0, false).position);
     }
@@ -463,7 +516,7 @@ mod tests {
         let first = (0..400).find_map(|k| {
             let (stop, status) = if k < 60 { (Stop::Ss1, 1 << 26) } else { (Stop::Sto, 1) };
             let theirs = Report { stop, ..report(k, status, 0) };
-            let found = comparison.compare(&report(k, 0, 0), &theirs, &LIMITS, 0, false);
+            let found = comparison.compare(&said(&report(k, 0, 0)), &theirs, &LIMITS, 0, false);
             (!found.is_clear()).then_some((k, found.stops, found.other))
         });
         assert_eq!(first, Some((180, [true, false, false], false)));

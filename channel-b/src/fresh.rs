@@ -11,6 +11,32 @@ const RATE_NS: i64 = 20_000_000;
 /// Length of a rate measurement, ns.
 const WINDOW_NS: u64 = 1_000_000_000;
 
+/// How long something may be without news.
+#[derive(Debug, Clone, Copy)]
+pub struct Limit {
+    cycles: i64,
+    longest_ns: u64,
+}
+
+impl Limit {
+    /// `cycles` of `cycle_ns`, one at least; half a cycle of grace for a late wake-up: overruns are
+    /// judged elsewhere.
+    pub fn new(cycles: u8, cycle_ns: u64) -> Self {
+        let cycles = cycles.max(1);
+        let longest_ns = u64::from(cycles).saturating_mul(cycle_ns).saturating_add(cycle_ns >> 1);
+        Self { cycles: i64::from(cycles), longest_ns }
+    }
+}
+
+/// What a step sees of a sequence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Look {
+    /// It has advanced.
+    pub is_news: bool,
+    /// It has not for too long.
+    pub is_stale: bool,
+}
+
 /// Steps since a sequence last advanced.
 #[derive(Debug, Clone, Copy)]
 pub struct Freshness {
@@ -27,11 +53,7 @@ impl Freshness {
 
     /// A step at `now` that sees `sequence`; whether that is news.
     pub fn observe(&mut self, sequence: Option<u64>, now: u64) -> bool {
-        let is_news = match (sequence, self.newest) {
-            (Some(_), None) => true,
-            (Some(seen), Some(newest)) => seen > newest,
-            (None, _) => false,
-        };
+        let is_news = sequence.is_some_and(|seen| self.newest.is_none_or(|newest| seen > newest));
         if is_news {
             self.newest = sequence;
             self.missed = Twin::new(0);
@@ -53,14 +75,20 @@ impl Freshness {
         }
     }
 
-    /// Not advanced for `cycles` steps, or for clearly longer than as many cycles.
-    pub fn is_stale(&self, cycles: u8, cycle_ns: u64, now: u64) -> bool {
+    /// Both at once: whether `sequence` is news, and whether there has been none for too long.
+    #[inline]
+    pub fn look(&mut self, sequence: Option<u64>, limit: &Limit, now: u64) -> Look {
+        if self.observe(sequence, now) {
+            return Look { is_news: true, is_stale: false };
+        }
+        Look { is_news: false, is_stale: self.is_stale(limit, now) }
+    }
+
+    /// Not advanced for as many steps as `limit` says, or for clearly longer than as many cycles.
+    pub fn is_stale(&self, limit: &Limit, now: u64) -> bool {
         let Some(missed) = self.missed.get() else { return true };
         let Some(since) = self.since.get_time() else { return true };
-        // Half a cycle of grace for a late wake-up; overruns are judged elsewhere.
-        let longest = u64::from(cycles).saturating_mul(cycle_ns).saturating_add(cycle_ns >> 1);
-        let by_count = missed >= i64::from(cycles);
-        by_count | (now.saturating_sub(since) > longest)
+        (missed >= limit.cycles) | (now.saturating_sub(since) > limit.longest_ns)
     }
 }
 
@@ -160,7 +188,7 @@ mod tests {
         assert!(fresh.observe(Some(4), MS));
         for (cycle, stale) in [(2, false), (3, false), (4, true)] {
             assert!(!fresh.observe(Some(4), cycle * MS));
-            assert_eq!(fresh.is_stale(3, MS, cycle * MS), stale);
+            assert_eq!(fresh.is_stale(&Limit::new(3, MS), cycle * MS), stale);
         }
     }
 

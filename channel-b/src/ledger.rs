@@ -155,6 +155,11 @@ impl Ledger {
         self.sum_up();
     }
 
+    /// Nothing stands, not even a warning.
+    pub const fn is_empty(&self) -> bool {
+        self.is_empty & !self.overflow
+    }
+
     /// Torque off is demanded.
     pub const fn demands_sto(&self) -> bool {
         self.demands_sto
@@ -170,17 +175,15 @@ impl Ledger {
         self.has_error
     }
 
-    /// What stands, sorted, as a report carries it.
-    pub fn list(&self) -> ErrorList {
-        let mut list = ErrorList::default();
+    /// Enters what stands into the empty list of a report, sorted.
+    pub fn list(&self, list: &mut ErrorList) {
         if self.is_empty {
-            return list;
+            return;
         }
         for entry in self.iter() {
             list.insert(entry.code);
         }
         list.more |= self.overflow;
-        list
     }
 
     /// Whether `found` is said of something that stands.
@@ -242,7 +245,9 @@ mod tests {
             ledger.raise(Entry::warning(ErrorCode::single(code), Cause::Live));
         }
         assert!(ledger.demands_sto());
-        assert!(ledger.list().more);
+        let mut list = ErrorList::default();
+        ledger.list(&mut list);
+        assert!(list.more);
         for _ in 0..2 {
             ledger.begin_cycle();
         }

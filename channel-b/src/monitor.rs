@@ -1,6 +1,7 @@
 //! One axis: what a step does, in its order.
 
 mod senses;
+mod steady;
 mod supervision;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ use shm_schema::answer::Answer;
 use shm_schema::drive::DriveRequest;
 use shm_schema::error::ErrorCode;
 use shm_schema::exchange::{Inputs, Outputs, Setup, Start};
+use shm_schema::inhibit::Inhibit;
 use shm_schema::report::{Phase, Report, Stop};
 use shm_schema::word::Word;
 
@@ -42,9 +44,10 @@ use crate::image::Image;
 use crate::ledger::{Cause, Entry, Ledger, STOP};
 use crate::outputs::Outputs as SafeOutputs;
 use crate::path::Path;
-use crate::profile::{Asked, Logic, Plan, judge};
+use crate::profile::{Asked, Logic, Plan, judge, raise};
 use crate::startup::{Progress, Startup};
-use senses::{Acknowledges, Senses};
+use senses::{Acknowledges, Ages, Edges, Senses};
+use steady::Steady;
 
 /// Program-flow signature of a complete step: every station adds its number (DEC-22).
 pub const FLOW: u32 = 0x0012_3456;
@@ -71,8 +74,14 @@ pub struct Monitor {
     /// It was dropped because no accepted agreement was young enough.
     has_lapsed: bool,
     restart_pending: bool,
-    /// Stop functions requested in this cycle.
+    /// What is requested in this cycle; of it the stop functions, and STO.
+    requested: Word,
     asked: u16,
+    asks_sto: bool,
+    /// Requests that the profile's control word knows.
+    known: Word,
+    steady: Steady,
+    cycles_per_second: u64,
     flow: u32,
 }
 
@@ -82,6 +91,26 @@ fn violation(logic: &Logic, place: u8, spec: &Spec, breach: Breach, phase: Stage
     let reaction = if breach == Breach::Line { spec.reaction } else { Reaction::Sto };
     let code = logic.code(spec, breach, phase, reaction);
     Entry { reaction, owner: STOP | place, ..Entry::sto(code, Cause::Reaction) }
+}
+
+/// Enters `levels` from bit `first` on, in its part of the word.
+fn enter(word: &mut Word, first: u8, levels: u32) {
+    if let Some(part) = word.0.get_mut(usize::from(first >> 5)) {
+        *part |= levels << (first & 31);
+    }
+}
+
+/// Bits of both, and of either.
+fn common(one: &Word, other: &Word) -> Word {
+    let mut parts = one.0;
+    parts.iter_mut().zip(other.0).for_each(|(part, other)| *part &= other);
+    Word(parts)
+}
+
+fn joined(one: &Word, other: &Word) -> Word {
+    let mut parts = one.0;
+    parts.iter_mut().zip(other.0).for_each(|(part, other)| *part |= other);
+    Word(parts)
 }
 
 /// Factor of the timing on every age and wait (architecture, "Timing").
@@ -137,6 +166,7 @@ impl Monitor {
             path: Path::new(factor(setup)),
             comparison: Comparison::new(),
             senses: Senses {
+                ages: Ages::of(setup),
                 encoder: Freshness::new(),
                 io: Freshness::new(),
                 command: Freshness::new(),
@@ -164,7 +194,12 @@ impl Monitor {
             was_driving: false,
             has_lapsed: false,
             restart_pending: false,
+            requested: Word::ZERO,
             asked: 0,
+            asks_sto: false,
+            known: joined(&plan.bits.low, &plan.bits.high),
+            steady: Steady::new(),
+            cycles_per_second: 1_000_000_000_u64.checked_div(setup.cycle_ns).unwrap_or(0),
             flow: 0,
         }
     }
@@ -176,12 +211,39 @@ impl Monitor {
         self.ledger.begin_cycle();
         let cells = self.read(inputs, is_settled, now_ns);
         self.supervise_cells(inputs, &cells, now_ns);
-        let mut edges = self.senses.acknowledges.edges(cells.acknowledge, cells.is_connected, is_settled);
+        let edges = self.senses.acknowledges.edges(cells.acknowledge, cells.is_connected, is_settled);
         let mut cells = cells;
         if !self.plan.has_encoder {
             // LNZ-SS1-02: without encoder the drive's own standstill is all there is.
             cells.motion.speed = if cells.drive_n0 { 0 } else { SPEED_MAX };
         }
+        let is_steady = self.is_steady(&cells, now_ns);
+        let requested = if is_steady {
+            self.stay(&cells);
+            self.requested
+        } else {
+            self.act(&mut cells, edges, is_settled, now_ns)
+        };
+        // Only what time has raised in a usual cycle still has to be answered in it.
+        let is_steady = is_steady & self.ledger.is_empty();
+        if is_steady {
+            self.visit(4);
+        } else {
+            self.react(&requested, &cells, now_ns);
+        }
+        let mut outputs = Outputs { report: Report::default(), inhibit: Inhibit::default(), answer: None };
+        self.compare(inputs, &cells, &requested, is_steady, &mut outputs.report);
+        self.drive(&mut outputs, &cells);
+        if self.bus.is_used() {
+            outputs.answer = self.answer.take();
+            self.history.note_own(&outputs.report);
+        }
+        self.is_first = false;
+        outputs
+    }
+
+    /// Everything that is decided in a cycle but the reactions to it; what is requested.
+    fn act(&mut self, cells: &mut senses::Cells, mut edges: Edges, is_settled: bool, now_ns: u64) -> Word {
         let asked = Asked {
             word: &cells.word,
             levels: cells.levels,
@@ -204,26 +266,20 @@ impl Monitor {
         edges.error |= error;
         // Crosscheck hears of a terminal through the report, as of the bus.
         cells.acknowledge |= u32::from(error) | u32::from(restart) << 1;
-        self.acknowledge(edges.any(), &cells);
-        let requested = self.plan.logic.requests(&self.plan.bits, &asked, &self.plan.bank, &mut self.ledger);
-        self.asked = self.asked(&requested);
-        let starts = self.start_up(&cells, &requested, edges.any() | edges.restart, now_ns);
+        self.acknowledge(edges.any(), cells);
+        let mut requested =
+            self.plan.logic.requests(&self.plan.bits, &asked, &self.plan.bank, &mut self.ledger);
+        self.ask(&requested);
+        let starts = self.start_up(cells, edges.any() | edges.restart, now_ns);
         // ETG-RST-03: the edge counts while the request is shown.
         let restart = self.plan.logic.restarts(edges.restart, self.restart_pending, now_ns);
-        let in_sto = self.functions(&requested, &cells, restart | starts, now_ns);
-        let requested = self.plan.logic.settle(requested);
-        self.asked |= self.asked(&requested);
-        self.plan.logic.watch(&asked, &requested, in_sto, &mut self.ledger);
-        self.react(&requested, &cells, now_ns);
-        let report = self.compare(inputs, &cells, &requested, now_ns);
-        self.restart_pending = self.awaits_restart(&requested, &cells);
-        let mut outputs = self.drive(report, &cells);
-        if self.bus.is_used() {
-            outputs.answer = self.answer.take();
-            self.history.note_own(&outputs.report);
+        let in_sto = self.functions(&requested, cells, restart | starts, now_ns);
+        if let Some(settled) = self.plan.logic.settle(&requested) {
+            requested = settled;
+            self.ask(&requested);
         }
-        self.is_first = false;
-        outputs
+        self.plan.logic.watch(&asked, &requested, in_sto, &mut self.ledger);
+        requested
     }
 
     fn visit(&mut self, station: u32) {
@@ -240,7 +296,7 @@ impl Monitor {
     }
 
     /// DEC-19; whether torque becomes possible in this cycle.
-    fn start_up(&mut self, cells: &senses::Cells, requested: &Word, edge: bool, now: u64) -> bool {
+    fn start_up(&mut self, cells: &senses::Cells, edge: bool, now: u64) -> bool {
         let before = self.startup.phase();
         let is_requested = self.asked | self.ledger.demanded_stops() != 0;
         let progress = Progress {
@@ -250,7 +306,7 @@ impl Monitor {
             readback: cells.readback,
             partner: cells.partner_phase,
             edge,
-            is_stopped: is_requested | self.requests_sto(requested) | self.ledger.has_error(),
+            is_stopped: is_requested | self.asks_sto | self.ledger.has_error(),
         };
         self.startup.step(&progress, self.plan.tolerance_ns, now);
         let is_operational = self.startup.phase() == Phase::Operational;
@@ -267,7 +323,7 @@ impl Monitor {
     }
 
     /// A stop could be left but for the restart acknowledge.
-    fn awaits_restart(&self, requested: &Word, cells: &senses::Cells) -> bool {
+    fn awaits_restart(&self, cells: &senses::Cells) -> bool {
         let is_acknowledged = self.sto_needs_restart() | (self.sos_needs_restart() != 0);
         if !is_acknowledged {
             return false;
@@ -275,7 +331,7 @@ impl Monitor {
         if self.plan.stops.is_idle() {
             return false;
         }
-        let demand = self.demand(requested, cells, true);
+        let demand = self.demand(cells, true);
         if self.plan.stops.in_sto() {
             let is_free = demand.may_leave & self.sto_needs_restart() & !demand.sto;
             return is_free & self.plan.stops.is_released(&demand);
@@ -284,23 +340,25 @@ impl Monitor {
         waiting & self.plan.stops.standing() != 0
     }
 
-    /// Stop functions requested in this cycle, bit n for place n.
-    fn asked(&self, requested: &Word) -> u16 {
-        self.plan.stops.all().fold(0, |mask, (place, stop)| {
-            let bit = stop.spec.control;
-            let is_asked = (bit != NO_BIT) && requested.bit(bit);
-            mask | u16::from(is_asked) << (place & 15)
-        })
+    /// Keeps what `requested` asks of the stops: nothing new while it stays.
+    fn ask(&mut self, requested: &Word) {
+        if self.requested == *requested {
+            return;
+        }
+        self.requested = *requested;
+        let bit = |bit: u8| (bit != NO_BIT) && requested.bit(bit);
+        self.asks_sto = bit(self.plan.bits.sto);
+        self.asked = self
+            .plan
+            .stops
+            .all()
+            .fold(0, |mask, (place, stop)| mask | u16::from(bit(stop.spec.control)) << (place & 15));
     }
 
-    fn requests_sto(&self, requested: &Word) -> bool {
-        (self.plan.bits.sto != NO_BIT) && requested.bit(self.plan.bits.sto)
-    }
-
-    fn demand(&self, requested: &Word, cells: &senses::Cells, restart: bool) -> Demand {
+    fn demand(&self, cells: &senses::Cells, restart: bool) -> Demand {
         let asked = self.asked;
         let is_operational = self.startup.phase() == Phase::Operational;
-        let must = self.requests_sto(requested) | self.ledger.demands_sto() | cells.crosscheck_error;
+        let must = self.asks_sto | self.ledger.demands_sto() | cells.crosscheck_error;
         Demand {
             sto: must | !is_operational,
             requests: asked,
@@ -317,7 +375,7 @@ impl Monitor {
     /// Stops first: what is in STO is not monitored (DEC-14). Whether that was so.
     fn functions(&mut self, requested: &Word, cells: &senses::Cells, restart: bool, now: u64) -> bool {
         self.visit(3);
-        let demand = self.demand(requested, cells, restart | self.is_first);
+        let demand = self.demand(cells, restart | self.is_first);
         if self.plan.logic.completes_stops() {
             let freed = Demand { may_leave: !self.ledger.has_error(), ..demand };
             self.plan.stops.complete(&freed);
@@ -346,7 +404,7 @@ impl Monitor {
     /// What the violations of this cycle demand, in this cycle.
     fn react(&mut self, requested: &Word, cells: &senses::Cells, now: u64) {
         self.visit(4);
-        let demand = self.demand(requested, cells, false);
+        let demand = self.demand(cells, false);
         let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
         self.plan.stops.join(&demand, now, &cells.motion, &mut |place, spec, breach, phase| {
             ledger.raise(violation(logic, place, spec, breach, phase));
@@ -357,32 +415,30 @@ impl Monitor {
         }
     }
 
-    fn status(&self, cells: &senses::Cells, requested: &Word) -> Word {
+    fn show(&self, cells: &senses::Cells, requested: &Word, awaits_restart: bool) -> Word {
         let bits = &self.plan.bits;
-        let set = |word: Word, bit: u8, value: bool| {
-            if (bit != NO_BIT) & value { word.with(bit, true) } else { word }
-        };
         let mut word = self.plan.bank.shown();
-        word = set(word, bits.sto_active, self.plan.stops.in_sto());
-        word = set(word, bits.error, self.ledger.has_error());
+        raise(&mut word, bits.sto_active, self.plan.stops.in_sto());
+        raise(&mut word, bits.error, self.ledger.has_error());
         let phase = self.startup.phase();
-        word = set(word, bits.valid, matches!(phase, Phase::AwaitAcknowledge | Phase::Operational));
-        for (stop, landed) in self.plan.stops.running() {
-            word = set(word, stop.spec.status, !landed);
-            word = set(word, stop.standing_status, landed);
+        raise(&mut word, bits.valid, matches!(phase, Phase::AwaitAcknowledge | Phase::Operational));
+        let running = (!self.plan.stops.is_idle()).then(|| self.plan.stops.running());
+        for (stop, landed) in running.into_iter().flatten() {
+            raise(&mut word, stop.spec.status, !landed);
+            raise(&mut word, stop.standing_status, landed);
         }
-        word = set(word, bits.restart_request, self.awaits_restart(requested, cells));
-        word = self.plan.logic.show(
-            word,
+        raise(&mut word, bits.restart_request, awaits_restart);
+        self.plan.logic.show(
+            &mut word,
             requested,
             &cells.motion,
             &self.plan.stops,
             cells.now,
             &self.plan.bank,
         );
-        for pair in 0..bits.pairs {
-            let level = cells.levels >> (pair & 3) & 1 == 1;
-            word = set(word, bits.inputs.saturating_add(pair), level);
+        if bits.pairs > 0 {
+            let pairs = (1_u32 << (bits.pairs & 7)).wrapping_sub(1);
+            enter(&mut word, bits.inputs, cells.levels & pairs);
         }
         word
     }
@@ -402,48 +458,48 @@ impl Monitor {
         }
     }
 
-    fn report(&self, cells: &senses::Cells, requested: &Word, now: u64) -> Report {
-        let phase = self.startup.phase();
-        let is_ready = (phase == Phase::Operational) & !self.plan.stops.in_sto();
-        let status = self.status(cells, requested);
-        Report {
-            exchange: cells.exchange,
-            partner_exchange: cells.partner_exchange,
-            time_ns: now,
-            parameter_signature: self.plan.signature,
-            build: BUILD,
-            flow: self.flow,
-            phase,
-            ready: is_ready,
-            stop: self.stop(),
-            overruns: cells.overruns,
-            status,
-            requested: self.shown_requests(requested),
-            inputs: self.plan.logic.shown_inputs(cells.levels),
-            acknowledgements: cells.acknowledge,
-            position: cells.motion.position,
-            speed_mrpm: self.senses.motion.speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
-            drive: self.drive_request(cells, requested, &status),
-            session_id: self.bus.session_id(),
-            frame_digest: self.bus.digest(),
-            errors: self.ledger.list(),
-            ..Report::default()
+    /// Fills in a report that is empty, or one of the same cycle.
+    fn report(&mut self, cells: &senses::Cells, requested: &Word, report: &mut Report) {
+        self.restart_pending = self.awaits_restart(cells);
+        self.begin_report(cells, requested, report);
+        report.ready &= !self.plan.stops.in_sto();
+        report.stop = self.stop();
+        report.status = self.show(cells, requested, self.restart_pending);
+        report.drive = self.drive_request(cells, requested, &report.status, report.stop);
+        self.ledger.list(&mut report.errors);
+    }
+
+    /// What every report says anew.
+    fn begin_report(&self, cells: &senses::Cells, requested: &Word, report: &mut Report) {
+        report.exchange = cells.exchange;
+        report.partner_exchange = cells.partner_exchange;
+        report.time_ns = cells.now;
+        report.parameter_signature = self.plan.signature;
+        report.build = BUILD;
+        report.flow = self.flow;
+        report.phase = self.startup.phase();
+        report.ready = report.phase == Phase::Operational;
+        report.overruns = cells.overruns;
+        report.requested = common(requested, &self.known);
+        report.inputs = self.plan.logic.shown_inputs(cells.levels);
+        report.acknowledgements = cells.acknowledge;
+        report.position = cells.motion.position;
+        let speed = self.senses.motion.speed;
+        report.speed_mrpm = speed.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+        if self.bus.is_used() {
+            (report.session_id, report.frame_digest) = (self.bus.session_id(), self.bus.digest());
         }
     }
 
-    /// Requests the profile's control word knows; what the request logic adds stays inside.
-    fn shown_requests(&self, requested: &Word) -> Word {
-        let mut parts = requested.0;
-        let known = self.plan.bits.low.0.iter().zip(self.plan.bits.high.0);
-        for (part, (low, high)) in parts.iter_mut().zip(known) {
-            *part &= low | high;
-        }
-        Word(parts)
-    }
-
-    fn drive_request(&self, cells: &senses::Cells, requested: &Word, status: &Word) -> DriveRequest {
+    fn drive_request(
+        &self,
+        cells: &senses::Cells,
+        requested: &Word,
+        status: &Word,
+        stop: Stop,
+    ) -> DriveRequest {
         let in_sto = self.plan.stops.in_sto();
-        let brakes = matches!(self.stop(), Stop::Ss1);
+        let brakes = stop == Stop::Ss1;
         match &self.plan.logic {
             Logic::Amk(logic) => DriveRequest {
                 brake: brakes & logic.brakes(),

@@ -154,14 +154,14 @@ impl Path {
     }
 
     /// Drives the path for one cycle, or not; `partner_drives` as its report says.
-    pub fn drive(&mut self, permit: bool, is_test_pulse: bool, partner_drives: bool) -> Inhibit {
+    pub fn drive(&mut self, permit: bool, is_test_pulse: bool, partner_drives: bool, inhibit: &mut Inhibit) {
         self.own.is_driven = permit;
         self.partner.is_driven = partner_drives;
         let is_pulse = permit & is_test_pulse;
         self.since_pulse = if is_pulse { 0 } else { self.since_pulse.saturating_add(1) };
         let is_edge = permit & !is_test_pulse;
         self.edges = self.edges.wrapping_add(u64::from(is_edge));
-        Inhibit { permit, edges: self.edges, ..Inhibit::default() }
+        (inhibit.permit, inhibit.edges) = (permit, self.edges);
     }
 }
 
@@ -184,7 +184,7 @@ mod tests {
         let mut path = Path::new(1);
         let wrong: [bool; 5] = core::array::from_fn(|cycle| {
             let faults = path.judge(Some(&read(false, false)), (false, false), cycle as u64);
-            path.drive(true, false, false);
+            path.drive(true, false, false, &mut Inhibit::default());
             faults.own
         });
         assert_eq!(wrong, [false, false, false, false, true]);
@@ -196,7 +196,7 @@ mod tests {
         let mut path = Path::new(10);
         let first = (0..100).find(|cycle| {
             let faults = path.judge(Some(&read(false, false)), (false, false), *cycle);
-            path.drive(true, false, false);
+            path.drive(true, false, false, &mut Inhibit::default());
             faults.own
         });
         assert_eq!(first, Some(31));
@@ -207,7 +207,7 @@ mod tests {
         let mut path = Path::new(1);
         let first = (0..20).find(|cycle| {
             let faults = path.judge(Some(&read(true, false)), (false, false), *cycle);
-            path.drive(false, false, false);
+            path.drive(false, false, false, &mut Inhibit::default());
             faults.partner
         });
         assert_eq!(first, Some(6));
@@ -221,7 +221,7 @@ mod tests {
         let late = DORMANT_NS + 1;
         path.read_edges = None;
         assert!(path.judge(Some(&read(true, true)), (true, false), late).dormant);
-        path.drive(true, true, true);
+        path.drive(true, true, true, &mut Inhibit::default());
         assert!(!path.judge(Some(&read(true, true)), (true, false), late).dormant);
         assert!(!path.judge(Some(&read(true, true)), (true, false), late + 1).dormant);
     }
@@ -234,7 +234,7 @@ mod tests {
             let edges = counts(*cycle);
             let seen = Readback { path_a: true, path_b: true, edges_a: 2 * cycle, edges_b: edges };
             let faults = path.judge(Some(&seen), (true, false), *cycle);
-            path.drive(true, is_pulse, true);
+            path.drive(true, is_pulse, true, &mut Inhibit::default());
             faults.own
         })
     }

@@ -141,13 +141,8 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// The reports of A and B on the newest exchange both have reported on, unless `last` is
-    /// just that.
-    pub fn find<'a>(
-        a: &'a Follower,
-        b: &'a Follower,
-        last: Option<&Self>,
-    ) -> Option<[&'a Sampled<Report>; 2]> {
+    /// The newest exchange both have reported on, unless `last` is just that.
+    pub fn find(a: &Follower, b: &Follower, last: Option<&Self>) -> Option<Self> {
         let newest_a = a.newest()?;
         let newest_b = b.newest()?;
         let exchange = newest_a.payload.exchange.min(newest_b.payload.exchange);
@@ -155,9 +150,9 @@ impl Pair {
         if ahead.saturating_sub(exchange) > LATE_MAX {
             return None;
         }
-        let (a, b) = (a.of_exchange(exchange)?, b.of_exchange(exchange)?);
-        let known = last.is_some_and(|last| last.sequences() == (a.sequence, b.sequence));
-        (!known).then_some([a, b])
+        let pair = Self { a: *a.of_exchange(exchange)?, b: *b.of_exchange(exchange)? };
+        let known = last.is_some_and(|last| last.sequences() == pair.sequences());
+        (!known).then_some(pair)
     }
 
     const fn sequences(&self) -> (u64, u64) {

@@ -7,7 +7,7 @@ use shm_schema::report::{Phase, Report, Stop};
 use shm_schema::word::Word;
 
 use super::{BUILD, Flow, Monitor};
-use crate::partner::Own;
+use crate::partner::{Findings, Own};
 use crate::profile::{Program, Requests, State};
 
 impl Monitor {
@@ -15,18 +15,17 @@ impl Monitor {
         &mut self,
         inputs: &Inputs,
         requests: &Requests,
-        agrees: bool,
+        found: &Findings,
         mut flow: Flow,
     ) -> Outputs {
         let operational = self.phase == Phase::Operational;
         let sto = self.program.stops.is_sto() | !operational;
-        let broken = self.errors.removes_torque();
-        let ready = operational & !sto & !broken;
+        let ready = operational & !sto & !self.errors.removes_torque();
         let exchange = self.exchange();
-        let accepted = self.partner.echoed() & agrees;
+        let accepted = self.partner.echoed() & found.permits();
         let permitted = (accepted & self.partner.permitted()) | self.settles_now();
         let raised = (self.phase == Phase::SelfTest) & (self.partner.path_test() == PathTest::RaiseA);
-        let faultless = !(broken | self.partner.error());
+        let faultless = !(self.errors.removes_torque() | self.partner.error());
         let tested = raised & accepted & faultless;
         let driving = (ready & permitted) | tested;
         self.startup.note(self.phase, driving);

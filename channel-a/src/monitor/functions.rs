@@ -2,7 +2,8 @@
 
 use super::Monitor;
 use crate::engine::Sample;
-use crate::engine::stop::{Demand, Reaction, Stops};
+use crate::engine::places::Places;
+use crate::engine::stop::{Reaction, Stops};
 use crate::profile::{self, Program, Requests, Scene};
 use shm_schema::report::Phase;
 
@@ -15,7 +16,7 @@ impl Monitor {
         let blind = !moving & !self.settles_now();
         let demand = &mut requests.demand;
         let mut forced = *demand;
-        forced.fault = stopped | idle | blind;
+        forced.sto |= stopped | idle | blind;
         forced.blocked = self.errors.stand();
         let stops = &mut self.program.stops;
         stops.restart_once |= requests.restart_once;
@@ -23,7 +24,8 @@ impl Monitor {
         if !stops.running().is_empty() {
             self.advance(&sample);
         }
-        let monitored = self.program.stops.judges();
+        // DEC-14: nothing is evaluated in STO, from the instant on that brings it.
+        let monitored = !self.program.stops.is_sto();
         self.stand_still(moving);
         self.watch(requests.watches, monitored, &sample);
         self.respond(requests, monitored, &sample);
@@ -44,15 +46,15 @@ impl Monitor {
     }
 
     fn watch(&mut self, asked: u64, monitored: bool, sample: &Sample) {
-        let mut wanted = Demand::default();
+        let mut wanted = Wanted::default();
         let Program { watches, rules, stops, .. } = &mut self.program;
         let errors = &mut self.errors;
         watches.step(asked, monitored, sample, &mut |plan, violation| {
             let (code, class) = rules.watch_code(plan, violation);
             errors.raise(code, class);
-            wanted.ask(plan.reaction);
+            wanted.note(plan.reaction);
         });
-        if start(wanted, stops, sample) {
+        if wanted.start(stops, sample) {
             self.advance(sample);
         }
     }
@@ -69,9 +71,14 @@ impl Monitor {
     }
 
     fn stand_still(&mut self, moving: bool) {
-        let Some(sem) = self.program.sem.as_mut().filter(|_| moving) else { return };
         let sample = self.sample;
-        let Some(notice) = sem.step(sample.position, sample.now_ns) else { return };
+        let notice = self
+            .program
+            .sem
+            .as_mut()
+            .filter(|_| moving)
+            .and_then(|sem| sem.step(sample.position, sample.now_ns));
+        let Some(notice) = notice else { return };
         let (code, class, reaction) = profile::sem_code(notice);
         self.errors.raise(code, class);
         if self.program.stops.react(reaction, &sample) {
@@ -80,11 +87,28 @@ impl Monitor {
     }
 }
 
-/// STO first, then the stops in the order of their table; `true` when one begins to brake.
-fn start(wanted: Demand, stops: &mut Stops, sample: &Sample) -> bool {
-    if wanted.sto {
-        stops.react(Reaction::Sto, sample);
+/// What the violations of one instant ask for.
+#[derive(Debug, Clone, Copy, Default)]
+struct Wanted {
+    sto: bool,
+    stops: Places,
+}
+
+impl Wanted {
+    const fn note(&mut self, reaction: Reaction) {
+        match reaction {
+            Reaction::None => {}
+            Reaction::Sto => self.sto = true,
+            Reaction::Stop(place) => self.stops = self.stops.with(Places::of(place)),
+        }
     }
-    let started = |begun, place| begun | stops.react(Reaction::Stop(place), sample);
-    wanted.stops.into_iter().fold(false, started)
+
+    /// STO first, then the stops in the order of their table; `true` when one begins to brake.
+    fn start(self, stops: &mut Stops, sample: &Sample) -> bool {
+        if self.sto {
+            stops.react(Reaction::Sto, sample);
+        }
+        let started = |begun, place| begun | stops.react(Reaction::Stop(place), sample);
+        self.stops.into_iter().fold(false, started)
+    }
 }

@@ -3,7 +3,8 @@
 //!
 //! PROFILE is `amk-kw`, `etg-6100-2`, `lenze-sm301` or `atv340` with every function the profile
 //! can have active at once, or `guard` for reading one cell of each kind by the hardware check
-//! sum. INSTANCES counts the functions of `etg-6100-2`; the other profiles have theirs.
+//! sum; `harness` makes and feeds back what the steps of `amk-kw` are given, and steps nothing, so
+//! that its cost can be taken off. INSTANCES counts the functions of `etg-6100-2`; the other profiles have theirs.
 
 use std::collections::BTreeMap;
 use std::hint::black_box;
@@ -41,8 +42,11 @@ fn main() -> ExitCode {
     if profile == "guard" {
         return guard(steps);
     }
+    if profile == "harness" {
+        return harness(steps);
+    }
     let Some(plan) = plan(&profile, instances as u32) else {
-        eprintln!("steps-b: {profile:?} is amk-kw, etg-6100-2, lenze-sm301, atv340 or guard");
+        eprintln!("steps-b: {profile:?} is amk-kw, etg-6100-2, lenze-sm301, atv340, guard or harness");
         return ExitCode::from(2);
     };
     let last = run(&plan, steps);
@@ -157,6 +161,23 @@ fn run(plan: &Plan, steps: u64) -> Option<Outputs> {
         last = Some(outputs);
     }
     last
+}
+
+/// Everything around the steps: the outputs are those of the first one, again and again.
+fn harness(steps: u64) -> ExitCode {
+    let plan = amk();
+    let mut inputs = first_inputs(&plan);
+    let mut monitor = Monitor::new(&image(&plan), &Setup::new(1, NONCE, Start::Settled));
+    let made = monitor.step(&inputs, 0);
+    let mut last = None;
+    for cycle in 0..steps {
+        advance(&mut inputs, cycle);
+        let outputs = *black_box(&made);
+        feed_back(black_box(&mut inputs), &outputs);
+        last = Some(outputs);
+    }
+    println!("harness steps {steps} torque {}", last.is_some_and(|last| last.inhibit.permit));
+    ExitCode::SUCCESS
 }
 
 #[allow(clippy::unnecessary_wraps, reason = "the type the inputs have")]

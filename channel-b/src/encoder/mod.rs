@@ -26,6 +26,8 @@ const FROZEN_FREQUENCY: u32 = 1_000;
 /// reaches, 1/1000 rpm. A mean over the time that has passed, so that a skipped sample is a
 /// missed exchange and no jump.
 const JUMP_MRPM: f64 = 5_000_000.0;
+/// Square of the nominal amplitude: radii are compared without their root.
+const NOMINAL_SQUARE: f64 = NOMINAL_AMPLITUDE as f64 * NOMINAL_AMPLITUDE as f64;
 const INCREMENTS: f64 = INCREMENTS_PER_REVOLUTION as f64;
 
 /// What to evaluate.
@@ -118,7 +120,7 @@ impl Evaluation {
     /// and speed are `exact`, samples are `spacing_ns` apart (design 10, settled start). A
     /// sample that is not believed settles nothing.
     pub fn settle(&mut self, encoder: &Encoder, time_ns: u64, exact: &Evaluated, spacing_ns: u64) {
-        let Some(slot) = self.choose(encoder) else { return };
+        let Some(slot) = self.choose(encoder).copied() else { return };
         let is_encoderless = slot.kind == SlotKind::Encoderless;
         let place = if is_encoderless { Ok(Place::ZERO) } else { place_of(&slot) };
         let Ok(place) = place else { return };
@@ -172,14 +174,14 @@ impl Evaluation {
         if slot.kind == SlotKind::Encoderless {
             return self.without_encoder(encoder, time_ns);
         }
-        self.watch_frozen(&slot, encoder)?;
-        let place = place_of(&slot)?;
-        let moved = self.moved(&slot, place, time_ns)?;
-        self.follow(&slot, place, moved, time_ns)
+        self.watch_frozen(slot, encoder)?;
+        let place = place_of(slot)?;
+        let moved = self.moved(slot, place, time_ns)?;
+        self.follow(slot, place, moved, time_ns)
     }
 
-    fn choose(&self, encoder: &Encoder) -> Option<Slot> {
-        let [first, second] = encoder.slots;
+    fn choose<'a>(&self, encoder: &'a Encoder) -> Option<&'a Slot> {
+        let [first, second] = &encoder.slots;
         let fits = |slot: &Slot| match self.setup.kind {
             Some(kind) => slot.kind == kind,
             None => slot.kind != SlotKind::None,
@@ -187,10 +189,10 @@ impl Evaluation {
         let wanted = match self.setup.slot {
             Some(0) => first,
             Some(_) => second,
-            None if fits(&second) => second,
+            None if fits(second) => second,
             None => first,
         };
-        fits(&wanted).then_some(wanted)
+        fits(wanted).then_some(wanted)
     }
 
     /// Movement since the last sample, increments.
@@ -334,10 +336,11 @@ fn angle(slot: &Slot) -> f64 {
 }
 
 fn check_radius(slot: &Slot, small: EncoderFault, large: EncoderFault) -> Result<(), EncoderFault> {
-    let radius = libm::hypot(f64::from(slot.sine), f64::from(slot.cosine)) / f64::from(NOMINAL_AMPLITUDE);
-    if radius < RADIUS_LEAST {
+    let (sine, cosine) = (f64::from(slot.sine), f64::from(slot.cosine));
+    let square = sine * sine + cosine * cosine;
+    if square < RADIUS_LEAST * RADIUS_LEAST * NOMINAL_SQUARE {
         Err(small)
-    } else if radius > RADIUS_MOST {
+    } else if square > RADIUS_MOST * RADIUS_MOST * NOMINAL_SQUARE {
         Err(large)
     } else {
         Ok(())

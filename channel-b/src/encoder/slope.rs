@@ -43,6 +43,12 @@ impl Slope {
         self.positions = [position, p0, p1, p2];
         self.times = [time_ns, t0, t1, t2];
         self.count = self.count.saturating_add(1).min(SAMPLES);
+        let spacing = time_ns.wrapping_sub(t0);
+        let is_even = (t0.wrapping_sub(t1) == spacing) & (t1.wrapping_sub(t2) == spacing);
+        if is_even & self.is_full() & (spacing > 0) {
+            // The usual case in closed form: the least squares of four samples at even distances.
+            return (3.0 * (position - p2) + (p0 - p1)) / (10.0 * spacing as f64);
+        }
         self.fit(position, time_ns)
     }
 

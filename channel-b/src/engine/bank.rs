@@ -5,7 +5,7 @@ use shm_schema::word::Word;
 use super::Motion;
 use super::calm::{Band, Calm};
 use super::record::{Breach, Phase, Record, is_inside};
-use super::spec::{NO_BIT, Reaction, Spec};
+use super::spec::{NO_BIT, Quantity, Reaction, Spec};
 
 /// Most monitoring functions of one axis.
 pub const MONITORS_MAX: usize = 96;
@@ -15,6 +15,8 @@ pub const MONITORS_MAX: usize = 96;
 pub struct Bank {
     slots: [Slot; MONITORS_MAX],
     count: usize,
+    /// Some function limits the acceleration.
+    is_accelerating: bool,
     /// Status bits of the functions that stand in their window, and of those that are active, as
     /// the last step has found them.
     shown: Word,
@@ -89,6 +91,7 @@ impl Bank {
         Self {
             slots: [Slot::of(Spec::IDLE, false); MONITORS_MAX],
             count: 0,
+            is_accelerating: false,
             shown: Word::ZERO,
             active: Word::ZERO,
             calm: Calm::NONE,
@@ -104,7 +107,14 @@ impl Bank {
         };
         *slot = Slot::of(spec, is_plain(&spec));
         self.count = self.count.saturating_add(1);
+        let quantities = [spec.window.quantity, spec.hold.quantity];
+        self.is_accelerating |= quantities.contains(&Quantity::Acceleration);
         true
+    }
+
+    /// Some function limits the acceleration, which has to be derived for it.
+    pub const fn limits_acceleration(&self) -> bool {
+        self.is_accelerating
     }
 
     /// The functions in use.
@@ -123,8 +133,8 @@ impl Bank {
         motion: &Motion,
         found: &mut dyn FnMut(u8, &Spec, Breach, Phase),
     ) {
-        let is_same = (self.requested == *requested) & (self.in_sto == in_sto);
-        if is_same & self.calm.holds(motion, now) {
+        let is_same = self.in_sto == in_sto;
+        if is_same & self.is_calm(requested, motion, now) {
             return;
         }
         (self.requested, self.in_sto) = (*requested, in_sto);
@@ -153,6 +163,12 @@ impl Bank {
         }
         (self.shown, self.active) = (shown, active);
         self.calm = Calm::of(&band);
+    }
+
+    /// For `requested` every function answers as it did in the last step.
+    #[inline]
+    pub fn is_calm(&self, requested: &Word, motion: &Motion, now: u64) -> bool {
+        (self.requested == *requested) & self.calm.holds(motion, now)
     }
 
     /// The error of the function in `place` was acknowledged: it may start again (DEC-17).

@@ -107,7 +107,7 @@ impl Record {
         } else {
             // Nothing but time ends a delay, or an approach without a line (DEC-02, DEC-07).
             let by_time = if phase == Phase::Delay { approach.delay_ns } else { approach.timeout_ns };
-            let ends = if approach.timeout_ns > 0 { by_time.min(approach.timeout_ns) } else { by_time };
+            let ends = if approach.timeout_ns >= 0 { by_time.min(approach.timeout_ns) } else { by_time };
             band.ends_at(start.saturating_add(ends));
         }
     }
@@ -272,7 +272,7 @@ impl Values {
         if may_dwell & inside & dwelt {
             return Some(Verdict { phase: Phase::Window, breach: None });
         }
-        let may_time_out = approach.timeout_ns > 0;
+        let may_time_out = approach.timeout_ns >= 0;
         if may_time_out & (self.elapsed >= approach.timeout_ns) {
             let late = approach.timeout_strict & !inside;
             return Some(Verdict { phase: Phase::Window, breach: late.then_some(Breach::Landing) });
@@ -282,7 +282,7 @@ impl Values {
 }
 
 fn has_approach(approach: &Approach) -> bool {
-    (approach.delay_ns > 0) | (approach.slope.num > 0) | (approach.timeout_ns > 0)
+    (approach.delay_ns > 0) | (approach.slope.num > 0) | (approach.timeout_ns >= 0)
 }
 
 fn too_fast(motion: &Motion) -> Option<Breach> {
@@ -321,7 +321,7 @@ impl<'a> Line<'a> {
         let has_line = (approach.slope.num > 0) & (self.window.quantity == Quantity::Speed);
         if !has_line {
             // DEC-07: the window applies after the delay; a pure time-out ends elsewhere.
-            return approach.timeout_ns <= 0;
+            return approach.timeout_ns < 0;
         }
         let above = self.distance(self.start, self.window.upper) > self.fallen;
         let below = self.distance(self.window.lower, self.start) > self.fallen;

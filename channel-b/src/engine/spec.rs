@@ -119,7 +119,7 @@ pub struct Approach {
     pub watch_line: bool,
     /// The start of the line is watched during the delay (LNZ-RAMP-05).
     pub watch_start: bool,
-    /// The approach ends this long after the start at the latest, ns; 0: never by time.
+    /// The approach ends this long after the start at the latest, ns; negative: never by time.
     pub timeout_ns: i64,
     /// A timeout with the speed outside the window is a violation.
     pub timeout_strict: bool,
@@ -140,7 +140,7 @@ impl Approach {
         line_ends: true,
         watch_line: true,
         watch_start: false,
-        timeout_ns: 0,
+        timeout_ns: -1,
         timeout_strict: false,
         dwell_ns: -1,
     };

@@ -155,6 +155,12 @@ impl Stops {
         (self.on() == 0) & !self.in_sto()
     }
 
+    /// Nothing runs or has just been left, and nothing of it is remembered.
+    pub fn is_quiet(&self) -> bool {
+        let is_running = self.running.get() != Some(0);
+        !(is_running | self.in_sto() | self.has_left_sto | (self.spent != 0))
+    }
+
     fn set_running(&mut self, running: u16) {
         self.running = Twin::new(i64::from(running));
     }

@@ -2,7 +2,7 @@
 
 use shm_schema::agreement::{Agreement, PathTest};
 use shm_schema::encoder::Encoder;
-use shm_schema::exchange::{Inputs, Received, Sampled};
+use shm_schema::exchange::{Inputs, Received, Sampled, Setup};
 use shm_schema::inhibit::Readback;
 use shm_schema::report::{Phase, Report};
 use shm_schema::word::Word;
@@ -14,16 +14,47 @@ use crate::encoder::drive::Companion;
 use crate::encoder::{EncoderFault, Evaluated, Evaluation};
 use crate::engine::Motion;
 use crate::engine::spec::NO_BIT;
-use crate::fresh::{Clock, Freshness};
+use crate::fresh::{Clock, Freshness, Limit, Look};
 use crate::inputs;
 
 /// Cycles without news after which partner or agreement is lost (DEC-23). An echo is too old
 /// after as many exchanges.
 const LOST_CYCLES: u8 = 3;
 
+/// Every age and wait of the cells, in the timing of this run (architecture, "Timing").
+#[derive(Debug, Clone, Copy)]
+pub struct Ages {
+    stale: Limit,
+    lost: Limit,
+    /// Age of a sample by its time stamp, and how far that may lie ahead, ns.
+    sample_ns: u64,
+    ahead_ns: u64,
+    /// Exchanges after which an echo is too old.
+    echo: u64,
+    /// Overruns in a row.
+    pub(super) overruns: u8,
+}
+
+impl Ages {
+    /// Of `setup`.
+    pub fn of(setup: &Setup) -> Self {
+        let cycles = |strict: u8| strict.saturating_mul(factor(setup));
+        let (stale, lost) = (cycles(setup.stale_cycles.max(1)), cycles(LOST_CYCLES));
+        Self {
+            stale: Limit::new(stale, setup.cycle_ns),
+            lost: Limit::new(lost, setup.cycle_ns),
+            sample_ns: setup.cycle_ns.saturating_mul(u64::from(stale)),
+            ahead_ns: setup.cycle_ns.saturating_mul(u64::from(cycles(1))),
+            echo: u64::from(lost).saturating_sub(1),
+            overruns: cycles(setup.overruns_max.max(1)),
+        }
+    }
+}
+
 /// What is remembered about the cells.
 #[derive(Debug, Clone, Copy)]
 pub struct Senses {
+    pub(super) ages: Ages,
     pub(super) encoder: Freshness,
     pub(super) io: Freshness,
     pub(super) command: Freshness,
@@ -200,25 +231,12 @@ impl Monitor {
         cells
     }
 
-    fn is_stale(&self, cell: &Freshness, now: u64) -> bool {
-        cell.is_stale(self.ages(self.setup.stale_cycles.max(1)), self.setup.cycle_ns, now)
-    }
-
-    /// `cycles` of the strict timing in the timing of this run.
-    pub(super) const fn ages(&self, cycles: u8) -> u8 {
-        cycles.saturating_mul(factor(&self.setup))
-    }
-
     /// What does not advance is no readback: a frozen one would show a path as it was.
     fn read_readback(&mut self, inputs: &Inputs, now: u64) -> Option<Readback> {
         let cell = sound(&inputs.readback);
-        self.senses.readback.observe(cell.map(|cell| cell.sequence), now);
-        let is_lost = self.is_lost(&self.senses.readback, now);
-        cell.filter(|_| !is_lost).map(|cell| cell.payload)
-    }
-
-    fn is_lost(&self, cell: &Freshness, now: u64) -> bool {
-        cell.is_stale(self.ages(LOST_CYCLES), self.setup.cycle_ns, now)
+        let senses = &mut self.senses;
+        let look = senses.readback.look(cell.map(|cell| cell.sequence), &senses.ages.lost, now);
+        cell.filter(|_| !look.is_stale).map(|cell| cell.payload)
     }
 
     /// A sample is as old as its last update; an old time stamp is as bad as none, and one
@@ -227,20 +245,19 @@ impl Monitor {
         let sample = sound(&inputs.encoder);
         let mut believed = sample.map(|cell| cell.sequence);
         if let Some(cell) = sample {
-            let tolerance_ns = self.setup.cycle_ns.saturating_mul(u64::from(factor(&self.setup)));
-            let verdict = self.senses.producer_clock.observe(now, cell.timestamp_ns, tolerance_ns);
-            let stale_cycles = u64::from(self.ages(self.setup.stale_cycles.max(1)));
-            let most = self.setup.cycle_ns.saturating_mul(stale_cycles);
-            let is_bad = verdict.is_ahead | (verdict.age_ns >= most);
+            let ages = &self.senses.ages;
+            let verdict = self.senses.producer_clock.observe(now, cell.timestamp_ns, ages.ahead_ns);
+            let is_bad = verdict.is_ahead | (verdict.age_ns >= ages.sample_ns);
             believed = believed.filter(|_| !is_bad);
             cells.is_clock_off |= verdict.is_off;
         }
-        let is_news = self.senses.encoder.observe(believed, now);
+        let senses = &mut self.senses;
+        let Look { is_news, is_stale } = senses.encoder.look(believed, &senses.ages.stale, now);
         // A cell that fails is no sample: the exchange stands, as it does without news.
         self.senses.exchange = believed.filter(|_| is_news).unwrap_or(self.senses.exchange);
         cells.exchange = self.senses.exchange;
         cells.is_exchange_new = is_news;
-        cells.is_stale = self.is_stale(&self.senses.encoder, now);
+        cells.is_stale = is_stale;
         if let (Some(cell), true) = (sample, is_news & (self.plan.has_encoder | inputs.motion.is_some())) {
             self.evaluate(inputs, cell, cells);
         }
@@ -263,8 +280,12 @@ impl Monitor {
         match evaluated {
             Ok(seen) => {
                 let given = inputs.motion.and_then(|exact| exact.acceleration_mrpm_s);
-                let acceleration =
-                    given.unwrap_or_else(|| self.acceleration(seen.speed_mrpm, cell, cells.is_settled));
+                let is_asked = self.plan.bank.limits_acceleration();
+                let acceleration = match given {
+                    Some(given) => given,
+                    None if is_asked => self.acceleration(seen.speed_mrpm, cell, cells.is_settled),
+                    None => 0,
+                };
                 self.senses.sampled_ns = cell.timestamp_ns;
                 self.senses.motion = Motion {
                     speed: seen.speed_mrpm,
@@ -284,11 +305,12 @@ impl Monitor {
     fn evaluate_signals(&mut self, cell: &Sampled<Encoder>) -> Result<Evaluated, EncoderFault> {
         let seen = self.senses.evaluation.evaluate(&cell.payload, cell.timestamp_ns);
         match &seen {
-            Ok(seen) => {
+            Ok(seen) if self.plan.logic.watches_drive() => {
                 let drive = cell.payload.drive_position;
                 let found = self.senses.companion.observe(seen.position, drive, cell.timestamp_ns);
                 self.plan.logic.watch_drive(&found, &mut self.ledger);
             }
+            Ok(_) => {}
             Err(_) => self.senses.companion = Companion::new(),
         }
         seen
@@ -309,8 +331,8 @@ impl Monitor {
 
     fn read_io(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
         let io = sound(&inputs.io);
-        self.senses.io.observe(io.map(|cell| cell.sequence), now);
-        let is_stale = self.is_stale(&self.senses.io, now);
+        let senses = &mut self.senses;
+        let is_stale = senses.io.look(io.map(|cell| cell.sequence), &senses.ages.stale, now).is_stale;
         let payload = io.map(|cell| &cell.payload).filter(|_| !is_stale);
         let first = cells.is_settled | self.is_first;
         cells.levels = self.senses.lines.take(payload, first);
@@ -341,8 +363,9 @@ impl Monitor {
 
     fn read_command(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
         let command = sound(&inputs.command);
-        self.senses.command.observe(command.map(|cell| cell.sequence), now);
-        let is_stale = self.is_stale(&self.senses.command, now);
+        let senses = &mut self.senses;
+        let is_stale =
+            senses.command.look(command.map(|cell| cell.sequence), &senses.ages.stale, now).is_stale;
         // Architecture: where frames come, the protocol's watchdog judges their age.
         let command = command.filter(|_| self.bus.is_used() | !is_stale).map(|cell| &cell.payload);
         let Some(command) = command else {
@@ -380,7 +403,7 @@ impl Monitor {
             // DEC-23 counts exchange cycles: a producer that stands still is not the partner's loss.
             self.senses.partner.hold(self.setup.cycle_ns);
         }
-        let is_lost = self.is_lost(&self.senses.partner, now);
+        let is_lost = !is_news && self.senses.partner.is_stale(&self.senses.ages.lost, now);
         cells.is_partner_lost = is_lost & !cells.is_settled;
         cells.partner_phase = partner.filter(|_| !is_lost).map(|cell| cell.payload.phase);
         if is_lost {
@@ -397,8 +420,9 @@ impl Monitor {
     fn read_agreement(&mut self, inputs: &Inputs, cells: &mut Cells, now: u64) {
         self.senses.agreed.note_published(inputs.published);
         let agreement: Option<&Sampled<Agreement>> = sound(&inputs.agreement);
-        self.senses.agreement.observe(agreement.map(|cell| cell.sequence), now);
-        let is_lost = self.is_lost(&self.senses.agreement, now);
+        let senses = &mut self.senses;
+        let sequence = agreement.map(|cell| cell.sequence);
+        let is_lost = senses.agreement.look(sequence, &senses.ages.lost, now).is_stale;
         cells.is_agreement_lost = is_lost & !cells.is_settled;
         if cells.is_settled {
             return;
@@ -409,10 +433,8 @@ impl Monitor {
             return;
         }
         agreed.take(&inputs.agreement, self.setup.boot_nonce);
-        let age_max = u64::from(LOST_CYCLES.saturating_mul(factor(&self.setup)).saturating_sub(1));
         cells.crosscheck_error = agreed.has_error();
-        cells.path_test = agreed.path_test(cells.exchange, age_max);
-        cells.is_agreed = agreed.is_agreed(cells.exchange, age_max);
-        cells.permits = agreed.permits(cells.exchange, age_max);
+        let heard = agreed.heard(cells.exchange, self.senses.ages.echo);
+        (cells.is_agreed, cells.permits, cells.path_test) = (heard.is_agreed, heard.permits, heard.path_test);
     }
 }

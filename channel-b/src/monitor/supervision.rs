@@ -7,7 +7,7 @@ use shm_schema::word::Word;
 
 use super::Monitor;
 use super::senses::Cells;
-use crate::compare::Differences;
+use crate::compare::{Differences, Said};
 use crate::encoder::EncoderFault;
 use crate::inputs::PulseFault;
 use crate::ledger::{Cause, Entry};
@@ -62,7 +62,7 @@ impl Monitor {
             self.live(true, encoder_code(fault));
         }
         self.watch_clocks(cells.is_clock_off);
-        self.disturbed(cells.overruns >= self.ages(self.setup.overruns_max.max(1)), OVERRUN);
+        self.disturbed(cells.overruns >= self.senses.ages.overruns, OVERRUN);
         // Before pairing nobody can be lost.
         let is_paired = !matches!(self.startup.phase(), Phase::Boot | Phase::Refused | Phase::Pairing);
         let is_lost = cells.is_partner_lost | cells.is_agreement_lost;
@@ -118,33 +118,42 @@ impl Monitor {
         }
     }
 
-    /// Compares the report of this exchange with the partner's; a difference that trips
-    /// does so in this cycle.
-    pub(super) fn compare(&mut self, inputs: &Inputs, cells: &Cells, requested: &Word, now: u64) -> Report {
+    /// Makes the report and compares it with the partner's of its exchange; a difference that
+    /// trips does so in this cycle.
+    pub(super) fn compare(
+        &mut self,
+        inputs: &Inputs,
+        cells: &Cells,
+        requested: &Word,
+        is_steady: bool,
+        report: &mut Report,
+    ) {
         self.visit(5);
         self.visit(6);
-        let report = self.report(cells, requested, now);
+        if is_steady {
+            self.begin_report(cells, requested, report);
+            self.repeat(report);
+        } else {
+            self.report(cells, requested, report);
+            self.keep_answer(cells, report);
+        }
+        let said = Said::of(report, &self.limits);
         let partner = inputs.partner.as_ref().ok().map(|cell| &cell.payload);
         let Some(partner) = partner.filter(|_| !cells.is_settled) else {
-            self.comparison.keep(&report);
-            return report;
+            return self.comparison.keep(&said);
         };
-        let found = self.comparison.compare(
-            &report,
-            partner,
-            &self.limits,
-            self.setup.partner_build,
-            self.startup.is_starting(),
-        );
-        self.comparison.keep(&report);
-        if found.is_clear() {
-            return report;
+        let is_starting = self.startup.is_starting();
+        let found =
+            self.comparison.compare(&said, partner, &self.limits, self.setup.partner_build, is_starting);
+        self.comparison.keep(&said);
+        if self.comparison.is_clear() {
+            return;
         }
         self.raise_differences(&found);
-        self.react(requested, cells, now);
+        self.react(requested, cells, cells.now);
         // The stations of `react` were visited once already.
         self.flow = report.flow;
-        self.report(cells, requested, now)
+        self.report(cells, requested, report);
     }
 
     /// DEC-45.
@@ -159,7 +168,8 @@ impl Monitor {
     }
 
     /// Torque needs the own conditions, the agreement and the own comparison.
-    pub(super) fn drive(&mut self, mut report: Report, cells: &Cells) -> Outputs {
+    pub(super) fn drive(&mut self, outputs: &mut Outputs, cells: &Cells) {
+        let report = &mut outputs.report;
         let agrees = cells.permits & self.comparison.is_clear() & !cells.is_partner_lost;
         let is_test_raise = self.startup.raises(cells.path_test);
         let is_driving = report.ready & agrees;
@@ -169,11 +179,11 @@ impl Monitor {
         if is_driving {
             self.startup.note_driven();
         }
-        let per_second = 1_000_000_000_u64.checked_div(self.setup.cycle_ns).unwrap_or(0);
-        report.test_pulse = Path::is_test_cycle(cells.exchange, per_second) & report.ready & report.driving;
-        let mut inhibit = self.path.drive(report.driving, report.test_pulse, self.senses.partner_drives);
+        let is_test = Path::is_test_cycle(cells.exchange, self.cycles_per_second);
+        report.test_pulse = is_test & report.ready & report.driving;
+        let (drives, tests) = (report.driving, report.test_pulse);
+        self.path.drive(drives, tests, self.senses.partner_drives, &mut outputs.inhibit);
         let level = |bit: u8| report.drive.outputs >> bit & 1 == 1;
-        inhibit.outputs = self.safe_outputs.drive([level(1), level(3), level(5)]);
-        Outputs { report, inhibit, answer: None }
+        outputs.inhibit.outputs = self.safe_outputs.drive([level(1), level(3), level(5)]);
     }
 }

@@ -54,6 +54,22 @@ fn ss1_waits_for_its_stopping_time_or_ends_after_standstill() {
     assert_eq!(run(&mut set(&early), word, stop), (Some(298), vec![]));
 }
 
+/// DEC-02: without a stopping time the end is reached in the cycle of the request.
+#[test]
+fn no_stopping_time_ends_at_once() {
+    let stop = |word: u32, speed: i64| {
+        let mut rig = set(&[(15_305, 0, 0), (15_310, 0, 10)]);
+        rig.step();
+        (rig.world.word, rig.world.speed) = (word, speed);
+        let outputs = rig.step();
+        (outputs.report.stop, numbers(&outputs))
+    };
+    assert_eq!(stop(without(control::SS1), 10_000), (Stop::Sto, vec![]));
+    assert_eq!(stop(without(control::SS1), 10_001), (Stop::Sto, vec![97]));
+    assert_eq!(stop(without(control::SS2), 0), (Stop::Sos, vec![]));
+    assert_eq!(stop(without(control::SS2), 10_001), (Stop::Sto, vec![97]));
+}
+
 /// LNZ-SS1-11, LNZ-RST-01, DEC-12: acknowledged by default, PS_AIS on its rising edge.
 #[test]
 fn the_end_of_ss1_shows_both_bits_and_waits_for_the_restart() {
@@ -322,7 +338,7 @@ fn one_low_line_is_off_at_once_and_an_error_after_the_discrepancy_time() {
 /// DEC-49: C15113 inhibits a bit; it then requests nothing.
 #[test]
 fn an_inhibited_bit_of_the_bus_requests_nothing() {
-    let mut rig = set(&[(15_113, 0, !1)]);
+    let mut rig = set(&[(15_113, 0, !1), (15_305, 0, 100)]);
     rig.world.word = without(control::STO);
     assert!(rig.step().report.ready);
     rig.world.word = without(control::SS1);

@@ -7,6 +7,7 @@ use shm_schema::word::Word;
 
 use super::{Asked, Bits, Plan, plain_requests};
 use crate::bus::Events;
+use crate::engine::Motion;
 use crate::engine::record::Breach;
 use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, RPM, Range, Reaction, Slope, Spec};
 use crate::engine::stops::{End, Stop};
@@ -274,10 +275,10 @@ impl Logic {
     }
 
     /// Standstill times.
-    pub fn watch(&mut self, asked: &Asked<'_>, ledger: &mut Ledger) {
+    pub fn pass(&mut self, motion: &Motion, now: u64, ledger: &mut Ledger) {
         let ss1 = self.ss1;
         if let Some(standstill) = &mut self.standstill {
-            standstill.watch(asked.motion.position, asked.now, ss1, ledger);
+            standstill.watch(motion.position, now, ss1, ledger);
         }
     }
 
@@ -301,10 +302,12 @@ impl Logic {
 
     /// SA1: every function requested through SE1 and SE2 is active.
     fn is_acknowledged(&self, requested: &Word, stands: &dyn Fn(u8) -> bool) -> bool {
+        if !self.by_inputs {
+            return false;
+        }
         let asked = |bit: &&u8| (**bit < 16) && requested.bit(**bit);
         let mut functions = self.pairs.iter().take(2).filter(asked).peekable();
-        let any = functions.peek().is_some() & self.by_inputs;
-        any & functions.all(|bit| stands(*bit))
+        functions.peek().is_some() && functions.all(|bit| stands(*bit))
     }
 }
 

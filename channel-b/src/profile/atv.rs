@@ -322,6 +322,15 @@ impl Logic {
         }
     }
 
+    /// SLS is off, or has no standstill level that the motion could reach.
+    pub fn rests(&self) -> bool {
+        match self.limited {
+            Limited::Off => true,
+            Limited::Monitored(_) => !self.has_standstill(),
+            Limited::Waiting(_) | Limited::Standing | Limited::Stopping => false,
+        }
+    }
+
     /// Everything requested in this cycle.
     pub fn requests(&mut self, asked: &Asked<'_>, ledger: &mut Ledger) -> Word {
         let [given, rest @ ..] = asked.word.0;
@@ -375,11 +384,11 @@ impl Logic {
 
     /// What SLS leads to begins like the reaction to a violation: after the stops of the cycle have
     /// begun, and the highest of what one sample asks for (DEC-13).
-    pub fn settle(&self, requested: Word) -> Word {
+    pub fn settle(&self, requested: &Word) -> Option<Word> {
         match (self.stands(), self.stops()) {
-            (true, _) => requested.with(asked::STO, true),
-            (false, true) => requested.with(asked::SLS_SS1, true),
-            (false, false) => requested,
+            (true, _) => Some(requested.with(asked::STO, true)),
+            (false, true) => Some(requested.with(asked::SLS_SS1, true)),
+            (false, false) => None,
         }
     }
 
@@ -461,13 +470,14 @@ impl Logic {
 
     /// Restart required, SLS from its activation on (ATV-SLST2-01: the line is monitored
     /// from then on), and the selected threshold.
-    pub fn show(&self, word: Word, stops: &Stops, bank: &Bank) -> Word {
+    pub fn show(&self, word: &mut Word, stops: &Stops, bank: &Bank) {
         let ended = stops.in_sto() & ((stops.origin() != 0) | self.stands());
         let is_second = self.second & bank.is_active(status::SMS);
         let is_limited = bank.is_active(status::SLS);
-        word.with(status::RESTART_REQUIRED, ended)
+        *word = word
+            .with(status::RESTART_REQUIRED, ended)
             .with(status::SLS, is_limited)
-            .with(status::SMS_THRESHOLD_2, is_second)
+            .with(status::SMS_THRESHOLD_2, is_second);
     }
 
     /// Braking of SS1 and the limits of SLS (ATV-SS1-05, ATV-SLS-01).

@@ -217,7 +217,9 @@ impl Builder<'_> {
         let row = TIMED.iter().find(|row| row.0 == function);
         let Some((_, [time, dwell, slope, delay, _])) = row else { return Approach::NONE };
         let ms = |object: u32| self.find(function, instance, object).map(|time| time.saturating_mul(MS_NS));
-        let (timeout_ns, delay_ns) = (ms(*time).unwrap_or(0), ms(*delay));
+        // DEC-07: no time is no time-out.
+        let timeout_ns = ms(*time).filter(|time| *time > 0).unwrap_or(-1);
+        let delay_ns = ms(*delay);
         let rate = self.find(function, instance, *slope);
         let has_line = rate.is_some() | delay_ns.is_some();
         let length = timeout_ns.saturating_sub(delay_ns.unwrap_or(0));
@@ -556,16 +558,22 @@ impl Logic {
         }
     }
 
+    /// No direction is watched or shown.
+    pub const fn rests(&self) -> bool {
+        !self.has_directions
+    }
+
     /// Moving bits (ETG-SDI-04) and the brake (ETG-SBC-01).
-    pub fn show(&self, word: Word, requested: &Word, motion: &Motion, stops: &Stops, now: u64) -> Word {
-        let mut word = word;
+    pub fn show(&self, word: &mut Word, requested: &Word, motion: &Motion, stops: &Stops, now: u64) {
         if self.has_directions {
             let zero = self.velocity_zero.unwrap_or(0);
-            word = word.with(status::SDIP, motion.speed > zero);
-            word = word.with(status::SDIN, motion.speed < zero.saturating_neg());
+            *word = word.with(status::SDIP, motion.speed > zero);
+            *word = word.with(status::SDIN, motion.speed < zero.saturating_neg());
         }
         let is_shown = self.has_brake & (self.brake_status != NO_BIT);
-        if is_shown { word.with(self.brake_status, self.is_brake_open(requested, stops, now)) } else { word }
+        if is_shown {
+            *word = word.with(self.brake_status, self.is_brake_open(requested, stops, now));
+        }
     }
 
     /// ETG-SBC-02, ETG-SBC-04, ETG-SBC-05.
@@ -579,7 +587,7 @@ impl Logic {
         stops.progress(self.closes, now).any(|(stop, elapsed, dwelt)| {
             let approach = &stop.spec.approach;
             let latest = approach.timeout_ns.saturating_sub(self.brake_ns);
-            let by_time = (approach.timeout_ns > 0) & (elapsed >= latest);
+            let by_time = (approach.timeout_ns >= 0) & (elapsed >= latest);
             let needed = approach.dwell_ns.saturating_sub(self.brake_ns);
             let by_standstill = (approach.dwell_ns >= 0) & (dwelt >= 0) & (dwelt >= needed);
             by_time | by_standstill

@@ -10,7 +10,7 @@ use super::lenze_inputs::{Pair, Terminal};
 use super::lenze_messages as message;
 use super::lenze_output::Feedback;
 use super::lenze_plant::{Cascade, set_encoder};
-use super::{Asked, Bits, Plan};
+use super::{Asked, Bits, Plan, raise};
 use crate::encoder::drive::Contradiction;
 use crate::engine::bank::Bank;
 use crate::engine::spec::{Approach, MS_NS, NO_BIT, Quantity, RPM, Range, Reaction, Slope, Spec};
@@ -101,7 +101,7 @@ fn bits() -> Bits {
 fn braking(code: &dyn Fn(u32) -> i64, dwell_ns: i64) -> Approach {
     let time = code(15_305).saturating_mul(MS_NS);
     let base = Approach {
-        timeout_ns: time.max(1),
+        timeout_ns: time.max(0),
         timeout_strict: true,
         dwell_ns,
         line_ends: false,
@@ -365,6 +365,11 @@ impl Logic {
         (self.ais, self.aie) = (Terminal::default(), Terminal::default());
     }
 
+    /// No discrepancy time runs.
+    pub fn rests(&self) -> bool {
+        self.pairs.iter().all(|pair| pair.differs_since.is_none())
+    }
+
     /// A simple stop ends in this cycle because the enable switch was confirmed.
     pub const fn completes_stops(&self) -> bool {
         self.completes
@@ -559,13 +564,8 @@ impl Logic {
     }
 
     /// Active and mode bits.
-    pub fn show(&self, word: Word, requested: &Word, stops: &Stops, bank: &Bank) -> Word {
-        let mut shown = word;
-        let mut set = |bit: u8, value: bool| {
-            if value {
-                shown = shown.with(bit, true);
-            }
-        };
+    pub fn show(&self, word: &mut Word, requested: &Word, stops: &Stops, bank: &Bank) {
+        let mut set = |bit: u8, value: bool| raise(word, bit, value);
         // LNZ-SS1-11, LNZ-SOS-06: the end state is shown additionally.
         let ended = stops.origin() >> (self.ss1 & 15) & 1 == 1;
         set(status::SS1_ACTIVE, stops.in_sto() & ended);
@@ -584,7 +584,6 @@ impl Logic {
         for at in 0..4_u8 {
             set(status::SD_IN1.saturating_add(at), self.levels_on >> at & 1 == 1);
         }
-        shown
     }
 
     /// SD-Out1. Cascaded it is off in STO (LNZ-CAS-04); otherwise the conditions of C15051 and

@@ -328,10 +328,10 @@ impl Logic {
 
     /// Requests that monitoring adds once the stops of this cycle have begun: like a violation
     /// they abort what has begun in the same cycle.
-    pub fn settle(&mut self, requested: Word) -> Word {
+    pub fn settle(&self, requested: &Word) -> Option<Word> {
         match self {
             Self::Atv(logic) => logic.settle(requested),
-            _ => requested,
+            _ => None,
         }
     }
 
@@ -369,6 +369,11 @@ impl Logic {
             let code = self.internal(ErrorCode::amk(3606, 70, 4, 5));
             ledger.raise(Entry::sto(code, Cause::Live));
         }
+    }
+
+    /// The profile compares the own movement with the drive's own position.
+    pub const fn watches_drive(&self) -> bool {
+        matches!(self, Self::Lenze(_) | Self::Atv(_))
     }
 
     /// The own movement and the drive's own position contradict each other.
@@ -427,30 +432,58 @@ impl Logic {
     /// Status bits a profile adds to those of the engine.
     pub fn show(
         &self,
-        word: Word,
+        word: &mut Word,
         requested: &Word,
         motion: &Motion,
         stops: &Stops,
         now: u64,
         bank: &Bank,
-    ) -> Word {
+    ) {
         match self {
             Self::Lenze(logic) => logic.show(word, requested, stops, bank),
             Self::Etg(logic) => logic.show(word, requested, motion, stops, now),
             Self::Atv(logic) => logic.show(word, stops, bank),
-            Self::Amk(_) | Self::None => word,
+            Self::Amk(_) | Self::None => {}
+        }
+    }
+
+    /// With nothing asked for and nothing changed, nothing of the profile's own is under way that
+    /// motion or time could end, but for what [`Logic::pass`] does.
+    pub fn rests(&self) -> bool {
+        match self {
+            Self::Amk(_) => true,
+            Self::Etg(logic) => logic.rests(),
+            Self::Lenze(logic) => logic.rests(),
+            Self::Atv(logic) => logic.rests(),
+            Self::None => false,
+        }
+    }
+
+    /// Time passes in a cycle without a decision (AMK: SEM).
+    pub fn pass(&mut self, motion: &Motion, now: u64, ledger: &mut Ledger) {
+        if let Self::Amk(logic) = self {
+            logic.pass(motion, now, ledger);
         }
     }
 
     /// Supervision a profile has beside the functions (AMK: SEM).
     pub fn watch(&mut self, asked: &Asked<'_>, requested: &Word, in_sto: bool, ledger: &mut Ledger) {
         match self {
-            Self::Amk(logic) => logic.watch(asked, ledger),
+            Self::Amk(logic) => logic.pass(asked.motion, asked.now, ledger),
             Self::Etg(logic) => logic.watch(asked, requested, in_sto, ledger),
             Self::Lenze(logic) => logic.watch(asked, in_sto, ledger),
             Self::Atv(logic) => logic.watch(ledger),
             Self::None => {}
         }
+    }
+}
+
+/// Sets a bit, where the profile has it.
+#[inline]
+pub fn raise(word: &mut Word, bit: u8, is_set: bool) {
+    let part = word.0.get_mut(usize::from(bit >> 5));
+    if let Some(part) = part.filter(|_| (bit != NO_BIT) & is_set) {
+        *part |= 1 << (bit & 31);
     }
 }
 

@@ -22,9 +22,7 @@ fn codes(all: &[ErrorCode]) -> Codes {
     for code in all {
         list.insert(*code);
     }
-    let mut codes = Codes::default();
-    codes.unite(&[&list, &list]);
-    codes
+    Codes::union(&[&list, &list])
 }
 
 #[test]

@@ -3,7 +3,6 @@
 mod build;
 pub mod codes;
 mod object;
-mod reach;
 mod rules;
 mod stops;
 mod words;
