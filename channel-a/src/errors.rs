@@ -96,10 +96,14 @@ impl Errors {
         self.stale_list = true;
     }
 
+    #[inline]
     fn any(&self, of: impl Fn(Class) -> bool) -> bool {
-        if self.empty.0 {
-            return self.overflown;
-        }
+        // One that found no place stands beside as many that did.
+        !self.empty.0 && self.look(of)
+    }
+
+    #[inline(never)]
+    fn look(&self, of: impl Fn(Class) -> bool) -> bool {
         self.entries.iter().flatten().any(|entry| of(entry.class)) | self.overflown
     }
 

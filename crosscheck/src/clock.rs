@@ -1,7 +1,10 @@
 //! Clock supervision (DEC-26): rates and steps of other clocks against the own one.
 
+use shm_schema::exchange::Sampled;
+use shm_schema::report::Report;
+
 use crate::fault::{Fault, FaultSet};
-use crate::pairing::{Follower, Pair};
+use crate::pairing::Follower;
 
 /// Time over which a rate is measured, ns.
 const WINDOW_NS: u64 = 1_000_000_000;
@@ -86,13 +89,19 @@ impl Clocks {
     }
 
     /// Judges the clocks of both channels by crosscheck's own and by each other.
-    pub fn channels(&mut self, a: &Follower, b: &Follower, pair: Option<&Pair>, cycle_ns: u64) -> FaultSet {
+    pub fn channels(
+        &mut self,
+        a: &Follower,
+        b: &Follower,
+        pair: Option<[&Sampled<Report>; 2]>,
+        cycle_ns: u64,
+    ) -> FaultSet {
         let limit = Limit::new(cycle_ns, self.age_factor);
         let mut faults = FaultSet::EMPTY;
         faults.add_if(against_own(&mut self.a, a, self.now_ns, limit), Fault::ClockA);
         faults.add_if(against_own(&mut self.b, b, self.now_ns, limit), Fault::ClockB);
-        if let Some(pair) = pair {
-            let (time_a, time_b) = (pair.a.payload.time_ns, pair.b.payload.time_ns);
+        if let Some([a, b]) = pair {
+            let (time_a, time_b) = (a.payload.time_ns, b.payload.time_ns);
             if self.each_other.observe(time_a, time_b, limit) {
                 // Neither agrees with the other: nobody knows which one is right.
                 faults = faults.with(Fault::ClockA).with(Fault::ClockB);

@@ -149,6 +149,8 @@ impl Patience {
 /// The timers of all items (DEC-21: each its own, restarted when the item agrees again).
 #[derive(Debug, Clone, Copy)]
 pub struct Timers {
+    /// Nothing differed in the last exchange: no timer runs.
+    calm: bool,
     status: [Timed; 8],
     requested: [Timed; 8],
     inputs: Timed,
@@ -159,6 +161,7 @@ pub struct Timers {
 impl Timers {
     /// Everything agrees.
     pub const NEW: Self = Self {
+        calm: true,
         status: [Timed::NEW; 8],
         requested: [Timed::NEW; 8],
         inputs: Timed::NEW,
@@ -168,6 +171,11 @@ impl Timers {
 
     /// Follows the differences of one exchange; what has lasted too long.
     pub fn follow(&mut self, differences: &Differences, patience: &Patience) -> FaultSet {
+        let nothing_differs = differences.is_empty();
+        if self.calm & nothing_differs {
+            return FaultSet::EMPTY;
+        }
+        self.calm = nothing_differs;
         let mut other = self.inputs.follow(differences.inputs, patience);
         other |= self.acknowledgements.follow(differences.acknowledgements, patience);
         for (timed, word) in self.status.iter_mut().zip(differences.status) {

@@ -73,8 +73,17 @@ impl Crosscheck {
         let witnesses = self.clocks.witnesses(sample, now_ns, cycle_ns, stale_cycles);
 
         let news = Pair::find(&self.a, &self.b, self.pair.as_ref());
-        let clocks = self.clocks.channels(&self.a, &self.b, news.as_ref(), cycle_ns);
-        self.take_pair(news.as_ref(), now_ns);
+        let clocks = self.clocks.channels(&self.a, &self.b, news, cycle_ns);
+        let before = self.pair.as_ref().map(Pair::exchange);
+        if let Some([a, b]) = news {
+            match &mut self.pair {
+                Some(pair) => (pair.a, pair.b) = (*a, *b),
+                None => self.pair = Some(Pair { a: *a, b: *b }),
+            }
+            self.take_pair(before, now_ns);
+        } else {
+            self.unpaired_cycles = self.unpaired_cycles.saturating_add(1);
+        }
 
         let mut standing = self.compared.and_also(witnesses).and_also(clocks);
         standing = standing.and_also(self.presence(inputs.overruns));
@@ -102,33 +111,33 @@ impl Crosscheck {
         cycles.saturating_mul(self.setup.age_factor.max(1))
     }
 
-    fn take_pair(&mut self, news: Option<&Pair>, now_ns: u64) {
-        let Some(pair) = news else {
-            self.unpaired_cycles = self.unpaired_cycles.saturating_add(1);
-            return;
-        };
-        if let Some(last) = &self.pair {
-            let distance = pair.exchange().saturating_sub(last.exchange());
+    /// Judges the new pair; `before`: the exchange of the last one.
+    fn take_pair(&mut self, before: Option<u64>, now_ns: u64) {
+        let Some(pair) = &self.pair else { return };
+        if let Some(before) = before {
+            let distance = pair.exchange().saturating_sub(before);
             self.missed = self.missed.saturating_add(distance.saturating_sub(1));
         }
         self.unpaired_cycles = 0;
-        self.pair = Some(*pair);
         let (a, b) = (&pair.a.payload, &pair.b.payload);
         let past_boot = a.phase.min(b.phase) >= Phase::Pairing;
+        let in_boot = a.phase.min(b.phase) == Phase::Boot;
         self.comparing |= past_boot;
         if self.comparing {
-            self.compare(a, b, now_ns);
+            self.compare(now_ns);
         }
         if !past_boot {
             // A channel that begins again has to be tested again (DEC-19).
             self.equal_since_ns = None;
-            if a.phase.min(b.phase) == Phase::Boot {
+            if in_boot {
                 self.test.reset();
             }
         }
     }
 
-    fn compare(&mut self, a: &Report, b: &Report, now_ns: u64) {
+    fn compare(&mut self, now_ns: u64) {
+        let Some(pair) = &self.pair else { return };
+        let (a, b) = (&pair.a.payload, &pair.b.payload);
         let differences = Differences::between(a, b, &self.limits);
         let patience = Patience { now_ns, tcc_ns: self.limits.tcc_ns, slack_ns: self.setup.cycle_ns >> 1 };
         let lasting = self.timers.follow(&differences, &patience);

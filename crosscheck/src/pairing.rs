@@ -141,8 +141,13 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// The newest exchange both have reported on, unless `last` is just that.
-    pub fn find(a: &Follower, b: &Follower, last: Option<&Self>) -> Option<Self> {
+    /// The reports of A and B on the newest exchange both have reported on, unless `last` is
+    /// just that.
+    pub fn find<'a>(
+        a: &'a Follower,
+        b: &'a Follower,
+        last: Option<&Self>,
+    ) -> Option<[&'a Sampled<Report>; 2]> {
         let newest_a = a.newest()?;
         let newest_b = b.newest()?;
         let exchange = newest_a.payload.exchange.min(newest_b.payload.exchange);
@@ -150,9 +155,9 @@ impl Pair {
         if ahead.saturating_sub(exchange) > LATE_MAX {
             return None;
         }
-        let pair = Self { a: *a.of_exchange(exchange)?, b: *b.of_exchange(exchange)? };
-        let known = last.is_some_and(|last| last.sequences() == pair.sequences());
-        (!known).then_some(pair)
+        let (a, b) = (a.of_exchange(exchange)?, b.of_exchange(exchange)?);
+        let known = last.is_some_and(|last| last.sequences() == (a.sequence, b.sequence));
+        (!known).then_some([a, b])
     }
 
     const fn sequences(&self) -> (u64, u64) {

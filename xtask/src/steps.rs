@@ -2,8 +2,11 @@
 //! counts in `tests/steps.txt`.
 //!
 //! The difference of two runs is exact and the same on every machine with the same compiler.
+//! `--parts` shows the source files a step spends them in: what check sums, complements, diverse
+//! evaluation and comparison cost.
 
 use std::{
+    collections::BTreeMap,
     fmt::Write as _,
     fs,
     path::{Path, PathBuf},
@@ -25,8 +28,12 @@ struct Case {
     recorded: u64,
 }
 
-/// Compares; with `--write` writes what was counted instead.
+/// Files of a core that are shown by name; the smaller ones together.
+const SHOWN: usize = 14;
+
+/// Compares; with `--write` writes what was counted instead; with `--parts` shows where.
 pub fn steps(rest: &[String]) -> Outcome {
+    let asked = |option: &str| rest.iter().any(|word| word == option);
     let file = root().join("tests/steps.txt");
     let text = fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
     if Command::new("valgrind").arg("--version").output().is_err() {
@@ -45,11 +52,14 @@ pub fn steps(rest: &[String]) -> Outcome {
         let name = format!("{} {}", case.program, case.arguments.join(" "));
         println!("{name:28} {counted:6} instructions a step, {} recorded", case.recorded);
         let _ = writeln!(written, "{name:28} {counted:6}");
+        if asked("--parts") {
+            case.show_parts(&programs)?;
+        }
         if counted * 100 > case.recorded * (100 + TOLERANCE_PER_CENT) {
             over.push(name);
         }
     }
-    if rest.iter().any(|option| option == "--write") {
+    if asked("--write") {
         return fs::write(&file, written).map_err(|error| format!("{}: {error}", file.display()));
     }
     if over.is_empty() { Ok(()) } else { Err(format!("{} cost more than recorded", over.join(", "))) }
@@ -87,12 +97,44 @@ impl Case {
         Ok(many.saturating_sub(few) / (MANY - FEW))
     }
 
+    fn show_parts(&self, programs: &Path) -> Outcome {
+        let few = self.by_file(programs, FEW)?;
+        let mut parts: Vec<(u64, String)> = self
+            .by_file(programs, MANY)?
+            .into_iter()
+            .map(|(file, many)| {
+                let more = many.saturating_sub(few.get(&file).copied().unwrap_or(0));
+                (more / (MANY - FEW), file)
+            })
+            .collect();
+        parts.sort_unstable_by(|one, other| other.cmp(one));
+        for (count, file) in parts.iter().take(SHOWN).filter(|(count, _)| *count > 0) {
+            println!("    {count:6} {file}");
+        }
+        let rest: u64 = parts.iter().skip(SHOWN).map(|(count, _)| count).sum();
+        println!("    {rest:6} in other files");
+        Ok(())
+    }
+
+    /// Instructions by source file, inlined code where it was written.
+    fn by_file(&self, programs: &Path, steps: u64) -> Result<BTreeMap<String, u64>, String> {
+        let profile = programs.join("callgrind.out");
+        self.callgrind(programs, steps, &profile)?;
+        let text = fs::read_to_string(&profile).map_err(|error| format!("{}: {error}", profile.display()))?;
+        Ok(by_file(&text))
+    }
+
     /// All instructions of the program over `steps`.
     fn run(&self, programs: &Path, steps: u64) -> Result<u64, String> {
+        self.callgrind(programs, steps, Path::new("/dev/null"))
+    }
+
+    fn callgrind(&self, programs: &Path, steps: u64, profile: &Path) -> Result<u64, String> {
         let program = programs.join(&self.program);
         let failed = |text: &str| format!("{} {steps}: {text}", program.display());
         let output = Command::new("valgrind")
-            .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+            .arg("--tool=callgrind")
+            .arg(format!("--callgrind-out-file={}", profile.display()))
             .arg(&program)
             .args(&self.arguments)
             .arg(steps.to_string())
@@ -104,5 +146,58 @@ impl Case {
         }
         let counted = said.lines().find_map(|line| line.split("Collected : ").nth(1));
         counted.and_then(|count| count.trim().parse().ok()).ok_or_else(|| failed("no count by callgrind"))
+    }
+}
+
+/// The costs of a callgrind profile by source file. Its names are written once with a number,
+/// `fl=(3) path`, and by the number afterwards; the line behind `calls=` is the callee's.
+fn by_file(profile: &str) -> BTreeMap<String, u64> {
+    let mut names: BTreeMap<&str, &str> = BTreeMap::new();
+    let mut costs: BTreeMap<String, u64> = BTreeMap::new();
+    let (mut file, mut is_call) = ("", false);
+    for line in profile.lines() {
+        let named = ["fl=", "fi=", "fe="].iter().find_map(|mark| line.strip_prefix(mark));
+        if let Some(reference) = named {
+            let (number, name) = reference.split_once(' ').unwrap_or((reference, ""));
+            if !name.is_empty() {
+                names.insert(number, name);
+            }
+            file = names.get(number).copied().unwrap_or("?");
+        } else if let Some(reference) = line.strip_prefix("cfi=").or(line.strip_prefix("cfl=")) {
+            if let Some((number, name)) = reference.split_once(' ') {
+                names.insert(number, name);
+            }
+        } else if line.starts_with("calls=") {
+            is_call = true;
+        } else if line.starts_with(['+', '-', '*']) || line.starts_with(|first: char| first.is_ascii_digit())
+        {
+            let cost = line.split_whitespace().nth(1).and_then(|cost| cost.parse::<u64>().ok());
+            if !std::mem::take(&mut is_call) {
+                *costs.entry(short(file).to_owned()).or_default() += cost.unwrap_or(0);
+            }
+        }
+    }
+    costs
+}
+
+/// A path as a reader of the project knows it.
+fn short(file: &str) -> &str {
+    let ours = ["channel-a/", "channel-b/", "crosscheck/", "shm-schema/"];
+    ours.iter()
+        .find_map(|folder| file.find(folder).map(|at| &file[at..]))
+        .unwrap_or("libraries of the compiler")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::by_file;
+
+    #[test]
+    fn costs_go_to_the_file_they_were_written_in_and_calls_count_once() {
+        let profile = "fl=(1) /x/channel-a/src/a.rs\nfn=(1) step\n5 10\nfi=(2) \
+                       /x/shm-schema/src/b.rs\n+2 7\nfe=(1)\n* 3\ncfi=(2)\ncfn=(2) sum\ncalls=1 9\n7 100\n8 \
+                       1\nfl=(2)\nfn=(2)\n9 100\n";
+        let costs = by_file(profile);
+        assert_eq!((costs["channel-a/src/a.rs"], costs["shm-schema/src/b.rs"]), (14, 107));
     }
 }

@@ -48,22 +48,22 @@ pub struct Twin {
     oldest: usize,
     /// When the next mark is set, ns; `None`: nothing seen yet.
     next_ns: Option<u64>,
-    /// Position by the speed alone, and when it was reached, ns.
-    reached: (i64, u64),
+    /// Position by the speed alone, what is left of the next increment, and when it was reached, ns.
+    reached: (i64, i64, u64),
 }
 
 impl Twin {
     /// Nothing seen yet.
     pub fn new(compared: Compared) -> Self {
-        Self { compared, marks: [Mark::default(); MARKS], oldest: 0, next_ns: None, reached: (0, 0) }
+        Self { compared, marks: [Mark::default(); MARKS], oldest: 0, next_ns: None, reached: (0, 0, 0) }
     }
 
     /// The same for an axis whose own position is not known, only its speed, 1/1000 rpm.
     pub fn step_by_speed(&mut self, speed: i64, drive: i64, time_ns: u64) -> Option<Contradiction> {
-        let (position, before_ns) = self.reached;
+        let (position, rest, before_ns) = self.reached;
         let elapsed_ns = if self.next_ns.is_some() { time_ns.saturating_sub(before_ns) } else { 0 };
-        let way = speed.saturating_mul(elapsed_ns.min(DISTANCE_NS) as i64) / MRPM_NS;
-        self.reached = (position.wrapping_add(way), time_ns);
+        let way = speed.saturating_mul(elapsed_ns.min(DISTANCE_NS) as i64).saturating_add(rest);
+        self.reached = (position.wrapping_add(way / MRPM_NS), way % MRPM_NS, time_ns);
         self.step(self.reached.0, drive, time_ns)
     }
 
@@ -146,5 +146,15 @@ mod tests {
         let mut twin = Twin::new(Compared::Direction);
         let by_speed = |k: u64| twin.step_by_speed(91_553, k as i64 * -100, k * MS);
         assert_eq!((0..6_000).find_map(by_speed), Some(Contradiction::Direction));
+    }
+
+    #[test]
+    fn a_slow_speed_adds_up_to_its_way() {
+        // ATV-ENC-09: 0.5 rpm are half an increment each ms
+        let mut twin = Twin::new(Compared::Direction);
+        (0..=120_000).for_each(|k| {
+            twin.step_by_speed(500, 0, k * MS);
+        });
+        assert_eq!(twin.reached.0, 65_535);
     }
 }

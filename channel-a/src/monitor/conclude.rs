@@ -7,7 +7,7 @@ use shm_schema::report::{Phase, Report, Stop};
 use shm_schema::word::Word;
 
 use super::{BUILD, Flow, Monitor};
-use crate::partner::{Findings, Own};
+use crate::partner::Own;
 use crate::profile::{Program, Requests, State};
 
 impl Monitor {
@@ -15,17 +15,18 @@ impl Monitor {
         &mut self,
         inputs: &Inputs,
         requests: &Requests,
-        found: &Findings,
+        agrees: bool,
         mut flow: Flow,
     ) -> Outputs {
         let operational = self.phase == Phase::Operational;
         let sto = self.program.stops.is_sto() | !operational;
-        let ready = operational & !sto & !self.errors.removes_torque();
+        let broken = self.errors.removes_torque();
+        let ready = operational & !sto & !broken;
         let exchange = self.exchange();
-        let accepted = self.partner.echoed() & found.permits();
+        let accepted = self.partner.echoed() & agrees;
         let permitted = (accepted & self.partner.permitted()) | self.settles_now();
         let raised = (self.phase == Phase::SelfTest) & (self.partner.path_test() == PathTest::RaiseA);
-        let faultless = !(self.errors.removes_torque() | self.partner.error());
+        let faultless = !(broken | self.partner.error());
         let tested = raised & accepted & faultless;
         let driving = (ready & permitted) | tested;
         self.startup.note(self.phase, driving);

@@ -2,8 +2,7 @@
 
 use super::Monitor;
 use crate::engine::Sample;
-use crate::engine::places::Places;
-use crate::engine::stop::{Reaction, Stops};
+use crate::engine::stop::{Demand, Reaction, Stops};
 use crate::profile::{self, Program, Requests, Scene};
 use shm_schema::report::Phase;
 
@@ -16,7 +15,7 @@ impl Monitor {
         let blind = !moving & !self.settles_now();
         let demand = &mut requests.demand;
         let mut forced = *demand;
-        forced.sto |= stopped | idle | blind;
+        forced.fault = stopped | idle | blind;
         forced.blocked = self.errors.stand();
         let stops = &mut self.program.stops;
         stops.restart_once |= requests.restart_once;
@@ -24,8 +23,7 @@ impl Monitor {
         if !stops.running().is_empty() {
             self.advance(&sample);
         }
-        // DEC-14: nothing is evaluated in STO, from the instant on that brings it.
-        let monitored = !self.program.stops.is_sto();
+        let monitored = self.program.stops.judges();
         self.stand_still(moving);
         self.watch(requests.watches, monitored, &sample);
         self.respond(requests, monitored, &sample);
@@ -46,15 +44,15 @@ impl Monitor {
     }
 
     fn watch(&mut self, asked: u64, monitored: bool, sample: &Sample) {
-        let mut wanted = Wanted::default();
+        let mut wanted = Demand::default();
         let Program { watches, rules, stops, .. } = &mut self.program;
         let errors = &mut self.errors;
         watches.step(asked, monitored, sample, &mut |plan, violation| {
             let (code, class) = rules.watch_code(plan, violation);
             errors.raise(code, class);
-            wanted.note(plan.reaction);
+            wanted.ask(plan.reaction);
         });
-        if wanted.start(stops, sample) {
+        if start(wanted, stops, sample) {
             self.advance(sample);
         }
     }
@@ -71,14 +69,9 @@ impl Monitor {
     }
 
     fn stand_still(&mut self, moving: bool) {
+        let Some(sem) = self.program.sem.as_mut().filter(|_| moving) else { return };
         let sample = self.sample;
-        let notice = self
-            .program
-            .sem
-            .as_mut()
-            .filter(|_| moving)
-            .and_then(|sem| sem.step(sample.position, sample.now_ns));
-        let Some(notice) = notice else { return };
+        let Some(notice) = sem.step(sample.position, sample.now_ns) else { return };
         let (code, class, reaction) = profile::sem_code(notice);
         self.errors.raise(code, class);
         if self.program.stops.react(reaction, &sample) {
@@ -87,28 +80,11 @@ impl Monitor {
     }
 }
 
-/// What the violations of one instant ask for.
-#[derive(Debug, Clone, Copy, Default)]
-struct Wanted {
-    sto: bool,
-    stops: Places,
-}
-
-impl Wanted {
-    const fn note(&mut self, reaction: Reaction) {
-        match reaction {
-            Reaction::None => {}
-            Reaction::Sto => self.sto = true,
-            Reaction::Stop(place) => self.stops = self.stops.with(Places::of(place)),
-        }
+/// STO first, then the stops in the order of their table; `true` when one begins to brake.
+fn start(wanted: Demand, stops: &mut Stops, sample: &Sample) -> bool {
+    if wanted.sto {
+        stops.react(Reaction::Sto, sample);
     }
-
-    /// STO first, then the stops in the order of their table; `true` when one begins to brake.
-    fn start(self, stops: &mut Stops, sample: &Sample) -> bool {
-        if self.sto {
-            stops.react(Reaction::Sto, sample);
-        }
-        let started = |begun, place| begun | stops.react(Reaction::Stop(place), sample);
-        self.stops.into_iter().fold(false, started)
-    }
+    let started = |begun, place| begun | stops.react(Reaction::Stop(place), sample);
+    wanted.stops.into_iter().fold(false, started)
 }

@@ -153,21 +153,25 @@ impl Monitor {
         let moving = self.measure(inputs, now_ns);
         flow.pass(1);
         let found = self.compare(inputs, now_ns);
+        let agrees = found.permits();
+        if !agrees {
+            self.name(&found);
+        }
         flow.pass(2);
         self.supervise(inputs, now_ns);
         flow.pass(3);
         self.command_cell.take(&inputs.command);
         let heard = self.listen(now_ns);
-        let mut requests = self.request(inputs, &heard, now_ns);
-        flow.pass(4);
         let n0 = self.command_cell.last().is_some_and(|cell| cell.payload.drive_n0);
         self.judged = self.program.rules.sample(self.sample, n0);
+        let mut requests = self.request(inputs, &heard, now_ns);
+        flow.pass(4);
         self.acknowledge(&requests);
-        requests.demand.restart |= self.start_up(&requests, &found, moving, now_ns);
+        requests.demand.restart |= self.start_up(&requests, (agrees, !found.differs), moving, now_ns);
         flow.pass(5);
         self.functions(&mut requests, moving);
         flow.pass(6);
-        let mut outputs = self.conclude(inputs, &requests, &found, flow);
+        let mut outputs = self.conclude(inputs, &requests, agrees, flow);
         self.stepped = true;
         // Most steps have none; it is the largest part of what they return.
         if heard.answer.is_some() {
@@ -355,9 +359,13 @@ impl Monitor {
         if found.lost {
             self.partner.driving = false;
         }
-        let nothing = found.permits();
-        if nothing | (self.phase != Phase::Operational) {
-            return found;
+        found
+    }
+
+    /// Before the first torque nothing that was found is an error yet.
+    fn name(&mut self, found: &Findings) {
+        if self.phase != Phase::Operational {
+            return;
         }
         let named = [
             (found.lost, Fault::PartnerLost),
@@ -372,8 +380,7 @@ impl Monitor {
             }
         }
         let errors = &mut self.errors;
-        self.program.rules.difference_codes(&found, &mut |code, class| errors.raise(code, class));
-        found
+        self.program.rules.difference_codes(found, &mut |code, class| errors.raise(code, class));
     }
 
     /// The black channel: the answer is made of both reports of the exchange before this one.
@@ -412,6 +419,7 @@ impl Monitor {
             clear: command.map(|command| command.clear_error),
             drive_enabled: command.is_some_and(|command| command.drive_enabled),
             io: self.io_cell.current(now_ns, stale_ns, cycle_ns).map(|cell| &cell.payload),
+            speed: self.judged.speed,
             settle: self.settles_now(),
             operational: self.phase == Phase::Operational,
         };
@@ -453,10 +461,15 @@ impl Monitor {
             let (code, class) = rules.watch_code(plan, violation);
             errors.raise(code, class);
         });
+        stops.look_again(&self.judged, &mut |violation| {
+            let (code, class) = rules.stop_code(violation);
+            errors.raise(code, class);
+        });
     }
 
-    /// DEC-19; `true` in the step that becomes operational: its edge restarts too.
-    fn start_up(&mut self, requests: &Requests, found: &Findings, moving: bool, now_ns: u64) -> bool {
+    /// DEC-19; `true` in the step that becomes operational: its edge restarts too. `agrees`: with
+    /// the partner, and in every item however shortly.
+    fn start_up(&mut self, requests: &Requests, agrees: (bool, bool), moving: bool, now_ns: u64) -> bool {
         let before = self.phase;
         if before == Phase::Operational {
             // Nothing leads back from here.
@@ -466,8 +479,8 @@ impl Monitor {
         let stop_asked = requests.demand.sto | !requests.demand.stops.is_empty();
         let conditions = Conditions {
             sound: moving,
-            agrees: found.permits(),
-            equal: !found.differs,
+            agrees: agrees.0,
+            equal: agrees.1,
             path_test: self.partner.path_test(),
             released: asked & !stop_asked & !self.errors.stand(),
         };

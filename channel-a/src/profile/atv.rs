@@ -13,7 +13,7 @@ use crate::encoder::twin::{Compared, Contradiction, Twin};
 use crate::encoder::{Fault as EncoderFault, Selection};
 use crate::engine::approach::{Approach, Origin, Slope};
 use crate::engine::places::Places;
-use crate::engine::stop::{self, Demand, End, Reaction};
+use crate::engine::stop::{self, Demand, End, Reaction, Stops};
 use crate::engine::watch::{Plan, Quantity, Violation};
 use crate::engine::{Range, Sample, Side};
 use crate::errors::{Class, Errors};
@@ -151,7 +151,7 @@ impl Atv {
     }
 
     /// Requests of this step.
-    pub fn requests(&mut self, outside: &Outside, errors: &mut Errors) -> Requests {
+    pub fn requests(&mut self, outside: &Outside, stops: &Stops, errors: &mut Errors) -> Requests {
         let mut requests = Requests::default();
         let word = outside.word.map_or(0, |word| word.0[0]);
         let bit = |number: u8| word.wrapping_shr(u32::from(number)) & 1 == 1;
@@ -160,9 +160,12 @@ impl Atv {
         // ATV-SLS-07: what SLS has led to stands as long as SLS is requested.
         self.sls_stopped &= sls;
         self.sls_braked &= sls;
-        let braking = (ss1 & self.ss1_used) | self.sls_braked;
+        // DEC-11: an SS1 of SLS that is over holds its STO by itself; a request of SS1 whose edge
+        // came in that STO has still to be executed.
+        let over = self.sls_braked & stops.is_sto();
+        let braking = (ss1 & self.ss1_used) | (self.sls_braked & !over);
         requests.demand = Demand {
-            sto: !bit(control::STO) | self.sls_stopped,
+            sto: !bit(control::STO) | self.sls_stopped | over,
             stops: Places::when(braking, SS1),
             ..Demand::default()
         };

@@ -45,6 +45,8 @@ pub struct Outside<'a> {
     pub drive_enabled: bool,
     /// Safe inputs.
     pub io: Option<&'a Io>,
+    /// What the functions judge as speed, 1/1000 rpm.
+    pub speed: i64,
     /// These inputs have stood for ever.
     pub settle: bool,
     /// The phase is Operational.
@@ -280,7 +282,7 @@ impl Rules {
             Self::Amk(amk) => amk.requests(outside, errors),
             Self::Etg(etg) => etg.requests(outside, stops),
             Self::Lenze(lenze) => lenze.requests(outside, watches, stops, errors),
-            Self::Atv(atv) => atv.requests(outside, errors),
+            Self::Atv(atv) => atv.requests(outside, stops, errors),
         }
     }
 

@@ -165,6 +165,36 @@ fn sls_type_3_executes_ss1_above_its_threshold() {
 }
 
 #[test]
+fn an_ss1_requested_in_the_sto_of_sls_begins_when_that_is_left() {
+    // ATV-SLS-07, DEC-11, DEC-13: with the cycle that deselects SLS, and before it
+    for early_ms in [0, 100] {
+        let mut bench = bench(&[(39, 3)]);
+        bench.ride(9, |_| hz(35.0));
+        bench.word = PERMIT | SLS;
+        assert_eq!(bench.ride(10, |_| hz(35.0)).stop, Stop::Ss1);
+        assert_eq!(bench.ride(500, |_| 0.0).stop, Stop::Sto);
+        bench.word |= SS1;
+        (0..early_ms).for_each(|_| {
+            bench.step();
+        });
+        bench.word = PERMIT | SS1;
+        bench.rpm = hz(20.0);
+        assert_eq!(bench.step().report.stop, Stop::Ss1, "{early_ms}");
+    }
+}
+
+#[test]
+fn an_ss1_that_ran_beside_the_one_of_sls_holds_its_sto() {
+    // DEC-11: its edge came before
+    let mut bench = bench(&[(39, 3)]);
+    bench.ride(9, |_| hz(35.0));
+    bench.word = PERMIT | SLS | SS1;
+    bench.ride(500, |_| 0.0);
+    bench.word = PERMIT | SS1;
+    assert_eq!(bench.ride(700, |_| 0.0).stop, Stop::Sto);
+}
+
+#[test]
 fn sms_has_three_modes() {
     // ATV-SMS-03, ATV-SMS-04, ATV-SMS-07, ATV-SMS-08, ATV-SEQ-09
     let set = |mode| [(56, mode), (57, 450), (58, 450), (59, 350), (60, 350)];

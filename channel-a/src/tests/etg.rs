@@ -4,9 +4,9 @@ use shm_schema::exchange::Start;
 use shm_schema::facts::etg as f;
 use shm_schema::facts::etg_6100_2::control as f_control;
 use shm_schema::profile::{Profile, common, etg_key, reference};
-use shm_schema::report::{Phase, Stop};
+use shm_schema::report::{Phase, Report, Stop};
 
-use super::bench::Bench;
+use super::bench::{Bench, codes};
 
 const NEUTRAL: u32 = 0x0F7F_FF7F;
 const RESTART: u32 = 1 << 23;
@@ -373,4 +373,30 @@ fn a_stop_that_ends_after_its_request_asks_for_the_acknowledge_at_once() {
     bench.word = Profile::Etg61002.neutral_word();
     assert_eq!(bench.until(109).status.0[0] & (1 | RESTART), 0);
     assert_eq!(bench.until(110).status.0[0] & (1 | RESTART), 1 | RESTART);
+}
+
+#[test]
+fn an_ss2_without_an_error_reaction_brakes_on_beside_its_line() {
+    // ETG-ERR-02, ETG-SS2-10, DEC-15: error bit and code, and nothing else
+    let mut bench = bench(&[
+        (f::SS2, 1, f::ss2::TIME_TO_SOS, 400),
+        (f::SS2, 1, f::ss2::DECELERATION_LIMIT, 1_000),
+        (f::SS2, 1, f::ss2::TIME_DELAY_DECELERATION_MONITORING, 100),
+        (f::SS2, 1, f::ss2::ERROR_REACTION, 0),
+        (f::SOS, 1, f::sos::POSITION_ZERO_WINDOW, 1_000_000),
+    ]);
+    bench.ride(9, |_| 500.0);
+    bench.word = without(2);
+    assert_eq!(bench.ride(110, |_| 500.0).stop, Stop::Ss2);
+    let violated = |report: &Report| (codes(report), report.stop, report.status.bit(7));
+    let expected = (std::vec::Vec::from([(0x5_0101, 0, 0, 0)]), Stop::Ss2, true);
+    assert_eq!(violated(&bench.ride(111, |_| 500.0)), expected);
+    // Refused while it stands, accepted when the speed is below the line again.
+    bench.word |= ACK;
+    assert_eq!(violated(&bench.ride(112, |_| 500.0)), expected);
+    bench.word &= !ACK;
+    bench.ride(113, |_| 100.0);
+    bench.word |= ACK;
+    assert_eq!(codes(&bench.ride(114, |_| 100.0)), []);
+    assert_eq!(bench.first(900, |_| 0.0, |report| report.stop == Stop::Sos), Some(410));
 }

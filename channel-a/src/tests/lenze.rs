@@ -6,17 +6,17 @@ use shm_schema::report::{Phase, Stop};
 
 use super::bench::{Bench, codes};
 
-const NEUTRAL: u32 = 0x0180_01FF;
-const AIS: u32 = 1 << 16;
-const AIE: u32 = 1 << 17;
-const ES: u32 = 1 << 9;
-const OMS: u32 = 1 << 11;
+pub(super) const NEUTRAL: u32 = 0x0180_01FF;
+pub(super) const AIS: u32 = 1 << 16;
+pub(super) const AIE: u32 = 1 << 17;
+pub(super) const ES: u32 = 1 << 9;
+pub(super) const OMS: u32 = 1 << 11;
 
 /// Stopping time 1,000 ms, window 20 rpm, SMS 3,000 rpm, no limited increment.
 const SET: &[(u32, u32, i64)] =
     &[(15_305, 0, 1_000), (15_310, 0, 20), (15_311, 0, 100), (15_320, 0, 3_000), (15_203, 0, 0)];
 
-fn bench(extra: &[(u32, u32, i64)]) -> Bench {
+pub(super) fn bench(extra: &[(u32, u32, i64)]) -> Bench {
     let mut entries: std::collections::BTreeMap<u32, i64> = std::collections::BTreeMap::new();
     for (number, subcode, value) in SET.iter().chain(extra) {
         entries.insert(lenze_key(*number, *subcode), *value);
@@ -25,7 +25,7 @@ fn bench(extra: &[(u32, u32, i64)]) -> Bench {
     Bench::new(Profile::LenzeSm301, &entries, Start::Settled)
 }
 
-fn without(bit: u32) -> u32 {
+pub(super) fn without(bit: u32) -> u32 {
     NEUTRAL & !(1 << bit)
 }
 

@@ -12,7 +12,7 @@ use shm_schema::inhibit::{Inhibit, Readback};
 use shm_schema::report::Report;
 use shm_schema::word::Word;
 
-use super::{Channel, Codes, Cores, Evaluator, Lines, Referee, View, Wiring, read_back};
+use super::{Channel, Cores, Evaluator, Lines, Referee, View, Wiring, read_back};
 use crate::signals::{FINE, Signals};
 use crate::trace::{Fault, Faults};
 
@@ -85,6 +85,8 @@ pub struct Axis<A, B, C> {
     pub(super) b: Side<B>,
     pub(super) crosscheck: C,
     outputs: CrosscheckOutputs,
+    /// What crosscheck was given, kept to be filled in place.
+    referred: CrosscheckInputs,
     agreement: Received<Agreement>,
     readback: Received<Readback>,
     encoder_sequence: Option<u64>,
@@ -115,6 +117,13 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
                 drive: DriveRequest::default(),
                 torque: false,
             },
+            referred: CrosscheckInputs {
+                report_a: Err(CellFault::Missing),
+                report_b: Err(CellFault::Missing),
+                readback: Err(CellFault::Missing),
+                encoder_sequence: None,
+                overruns: 0,
+            },
             agreement: Err(CellFault::Missing),
             readback: Ok(Sampled { sequence: 1, timestamp_ns: EPOCH_NS, crc32: stand_in(1), payload: on }),
             encoder_sequence: None,
@@ -136,9 +145,9 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
         let faults = stimulus.faults;
         let now_ns = EPOCH_NS.wrapping_add(self.cycle.wrapping_mul(self.options.cycle_ns));
         self.sample(stimulus, between, now_ns);
-        self.a.inputs.partner = self.b.report;
+        self.a.inputs.partner.clone_from(&self.b.report);
         self.step_a(faults, now_ns);
-        self.b.inputs.partner = corrupted(self.a.report, faults.has(Fault::CorruptReportA));
+        corrupt(&mut self.b.inputs.partner, &self.a.report, faults.has(Fault::CorruptReportA));
         self.step_b(faults, now_ns);
         self.evaluate(faults);
         self.step_crosscheck(faults, now_ns);
@@ -188,15 +197,14 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
             let corrupt = stimulus.faults.has(Fault::CorruptEncoder);
             self.encoder_sequence = if corrupt { None } else { Some(sample.sequence) };
         }
-        let (agreement, readback) = (self.agreement, self.readback);
         let whole = [stimulus.motion_a.position, stimulus.motion_b.position];
         let [fine_a, fine_b] = stimulus.fine.unwrap_or(whole.map(|position| position.saturating_mul(FINE)));
         let [freeze_a, freeze_b] =
             [Fault::FreezeEncoder1, Fault::FreezeEncoder2].map(|f| stimulus.faults.has(f));
         self.a.sense(&sample, &stimulus.motion_a, fine_a, freeze_a);
         self.b.sense(&sample, &stimulus.motion_b, fine_b, freeze_b);
-        self.a.receive(stimulus, &sample, agreement, readback);
-        self.b.receive(stimulus, &sample, agreement, readback);
+        self.a.receive(stimulus, &sample, &self.agreement, &self.readback);
+        self.b.receive(stimulus, &sample, &self.agreement, &self.readback);
         self.a.amend(between);
         self.b.amend(between);
         let driven = [self.a.outputs.inhibit.outputs, self.b.outputs.inhibit.outputs];
@@ -220,15 +228,12 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
         if faults.has(Fault::FreezeCrosscheck) {
             return;
         }
-        let inputs = CrosscheckInputs {
-            report_a: corrupted(self.a.report, faults.has(Fault::CorruptReportA)),
-            report_b: self.b.report,
-            readback: self.readback,
-            encoder_sequence: self.encoder_sequence,
-            overruns: 0,
-        };
-        self.outputs = self.crosscheck.step(&inputs, now_ns);
-        self.agreement = Ok(next(&self.agreement, now_ns, self.cycle, self.outputs.agreement));
+        let inputs = &mut self.referred;
+        corrupt(&mut inputs.report_a, &self.a.report, faults.has(Fault::CorruptReportA));
+        inputs.report_b.clone_from(&self.b.report);
+        (inputs.readback, inputs.encoder_sequence) = (self.readback, self.encoder_sequence);
+        self.outputs = self.crosscheck.step(inputs, now_ns);
+        update(&mut self.agreement, now_ns, self.cycle, &self.outputs.agreement);
     }
 
     fn evaluate(&mut self, faults: Faults) {
@@ -245,23 +250,21 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
             edges_b: self.b.evaluator.seen(),
         };
         let at_ns = now_ns.wrapping_add(self.options.cycle_ns);
-        self.readback = Ok(next(&self.readback, at_ns, self.cycle, readback));
+        update(&mut self.readback, at_ns, self.cycle, &readback);
     }
 
     fn look(&mut self) {
         let agreement = &self.outputs.agreement;
-        let [a, b] = [self.a.view(), self.b.view()];
+        let [a, b, crosscheck] = &mut self.views;
+        self.a.show(a);
+        self.b.show(b);
+        crosscheck.status = agreement.status;
+        // A frozen crosscheck cannot withdraw what its agreement says: the channels do.
+        crosscheck.torque = self.outputs.torque & a.torque & b.torque;
+        crosscheck.path = a.path & b.path;
         let errors = [&self.a.outputs.report.errors, &self.b.outputs.report.errors, &agreement.errors];
-        let crosscheck = View {
-            status: agreement.status,
-            // A frozen crosscheck cannot withdraw what its agreement says: the channels do.
-            torque: self.outputs.torque & a.torque & b.torque,
-            path: a.path & b.path,
-            errors: Codes::union(&errors),
-            position: agreement.position,
-            speed_mrpm: agreement.speed_mrpm,
-        };
-        self.views = [a, b, crosscheck];
+        crosscheck.errors.unite(&errors);
+        (crosscheck.position, crosscheck.speed_mrpm) = (agreement.position, agreement.speed_mrpm);
     }
 }
 
@@ -342,11 +345,11 @@ impl<T: Channel> Side<T> {
         &mut self,
         stimulus: &Stimulus,
         sample: &EncoderSample,
-        agreement: Received<Agreement>,
-        readback: Received<Readback>,
+        agreement: &Received<Agreement>,
+        readback: &Received<Readback>,
     ) {
-        self.inputs.agreement = agreement;
-        self.inputs.readback = readback;
+        self.inputs.agreement.clone_from(agreement);
+        self.inputs.readback.clone_from(readback);
         let (sequence, timestamp_ns) = (sample.sequence, sample.now_ns);
         let crc32 = stand_in(sequence);
         // In place: the cells are large, and a cycle of virtual time is short.
@@ -381,9 +384,8 @@ impl<T: Channel> Side<T> {
 
     fn step(&mut self, now_ns: u64, cycle: u64) {
         self.outputs = self.core.step(&self.inputs, now_ns);
-        let sampled = next(&self.report, now_ns, cycle, self.outputs.report);
-        self.inputs.published = Some(Published { exchange: sampled.payload.exchange, crc32: sampled.crc32 });
-        self.report = Ok(sampled);
+        let crc32 = update(&mut self.report, now_ns, cycle, &self.outputs.report);
+        self.inputs.published = Some(Published { exchange: self.outputs.report.exchange, crc32 });
     }
 
     fn evaluate(&mut self, stuck: bool) {
@@ -393,16 +395,13 @@ impl<T: Channel> Side<T> {
         }
     }
 
-    fn view(&self) -> View {
+    fn show(&self, view: &mut View) {
         let report = &self.outputs.report;
-        View {
-            status: report.status,
-            torque: self.outputs.inhibit.permit,
-            path: self.evaluator.on(),
-            errors: Codes::union(&[&report.errors]),
-            position: report.position,
-            speed_mrpm: report.speed_mrpm,
-        }
+        view.status = report.status;
+        view.torque = self.outputs.inhibit.permit;
+        view.path = self.evaluator.on();
+        view.errors.unite(&[&report.errors]);
+        (view.position, view.speed_mrpm) = (report.position, report.speed_mrpm);
     }
 }
 
@@ -414,14 +413,27 @@ fn fill(command: &mut Command, stimulus: &Stimulus) {
     command.word = stimulus.word;
 }
 
-fn corrupted<T>(cell: Received<T>, corrupt: bool) -> Received<T> {
-    if corrupt { Err(CellFault::CheckSum) } else { cell }
+/// What a reader gets of a cell.
+fn corrupt<T: Copy>(reader: &mut Received<T>, cell: &Received<T>, corrupt: bool) {
+    if corrupt {
+        *reader = Err(CellFault::CheckSum);
+    } else {
+        reader.clone_from(cell);
+    }
 }
 
-/// The next update of a cell.
-fn next<T>(before: &Received<T>, timestamp_ns: u64, cycle: u64, payload: T) -> Sampled<T> {
-    let sequence = before.as_ref().map_or(1, |cell| cell.sequence + 1);
-    Sampled { sequence, timestamp_ns, crc32: stand_in(cycle.wrapping_add(sequence)), payload }
+/// The next update of a cell, in place: the cells are large, and a cycle of virtual time is
+/// short. Returns what stands in for its check sum.
+fn update<T: Copy>(cell: &mut Received<T>, timestamp_ns: u64, cycle: u64, payload: &T) -> u32 {
+    let sequence = cell.as_ref().map_or(1, |cell| cell.sequence + 1);
+    let crc32 = stand_in(cycle.wrapping_add(sequence));
+    if let Ok(cell) = cell {
+        (cell.sequence, cell.timestamp_ns, cell.crc32) = (sequence, timestamp_ns, crc32);
+        cell.payload = *payload;
+    } else {
+        *cell = Ok(Sampled { sequence, timestamp_ns, crc32, payload: *payload });
+    }
+    crc32
 }
 
 /// Stands in for the check sum of a cell, which nobody computes in virtual time: different

@@ -32,18 +32,23 @@ impl Source {
 const CODES_MAX: usize = 24;
 
 /// The union of error lists: sorted, without duplicates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, Eq, Default)]
 pub struct Codes {
     codes: [ErrorCode; CODES_MAX],
     count: usize,
 }
 
+impl PartialEq for Codes {
+    fn eq(&self, other: &Self) -> bool {
+        self.as_slice() == other.as_slice()
+    }
+}
+
 impl Codes {
-    /// The union of `lists`, at most three.
-    pub fn union(lists: &[&ErrorList]) -> Self {
-        let mut all = Self::default();
-        lists.iter().flat_map(|list| list.iter()).for_each(|code| all.insert(*code));
-        all
+    /// Becomes the union of `lists`, at most three.
+    pub fn unite(&mut self, lists: &[&ErrorList]) {
+        self.count = 0;
+        lists.iter().flat_map(|list| list.iter()).for_each(|code| self.insert(*code));
     }
 
     fn insert(&mut self, code: ErrorCode) {

@@ -22,7 +22,9 @@ fn codes(all: &[ErrorCode]) -> Codes {
     for code in all {
         list.insert(*code);
     }
-    Codes::union(&[&list, &list])
+    let mut codes = Codes::default();
+    codes.unite(&[&list, &list]);
+    codes
 }
 
 #[test]

@@ -17,7 +17,8 @@ pub fn scenario(profile: Profile, seed: u64) -> Scenario {
     }
     let last = plan.now + plan.random.between(1, 700);
     let rows = plan.rows;
-    Scenario { profile, parameters, rows, last }
+    let origin = if hints.origins.is_empty() { 0 } else { random.pick(&hints.origins) };
+    Scenario { profile, parameters, rows, last, origin }
 }
 
 struct Plan<'a> {
@@ -25,16 +26,16 @@ struct Plan<'a> {
     random: &'a mut Random,
     now: i64,
     speed: i64,
-    control: u32,
+    control: u64,
     lines: Lines,
     rows: Vec<Row>,
 }
 
 impl<'a> Plan<'a> {
     fn new(profile: Profile, hints: &'a Hints, random: &'a mut Random) -> Self {
-        let control = profile.neutral_word();
-        let mut plan =
-            Self { hints, random, now: 0, speed: 0, control, lines: [(true, true); 4], rows: Vec::new() };
+        let lines = hints.inverted.map(|inverted| (true, !inverted));
+        let control = u64::from(profile.neutral_word()) | hints.neutral_above;
+        let mut plan = Self { hints, random, now: 0, speed: 0, control, lines, rows: Vec::new() };
         plan.speed = if plan.random.chance(40) { 0 } else { plan.near_a_limit() };
         // A request that has always stood (design 10, start).
         if plan.random.chance(10) {
@@ -91,7 +92,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    fn command(&mut self, control: u32) {
+    fn command(&mut self, control: u64) {
         self.control = control;
         self.row().control = Some(control);
     }
@@ -139,11 +140,11 @@ impl<'a> Plan<'a> {
         self.row().speed_mrpm = Some(0);
         self.wait(150);
         for bit in self.hints.acknowledge_bits.clone() {
-            self.command(self.control & !(1 << bit));
+            self.command(self.control & !(1_u64 << bit));
             self.wait(5);
-            self.command(self.control | 1 << bit);
+            self.command(self.control | 1_u64 << bit);
             self.wait(5);
-            self.command(self.control & !(1 << bit));
+            self.command(self.control & !(1_u64 << bit));
         }
     }
 
@@ -155,7 +156,7 @@ impl<'a> Plan<'a> {
             self.row().clear_error = Some(false);
             return;
         }
-        let mask = 1 << self.random.pick(bits);
+        let mask = 1_u64 << self.random.pick(bits);
         self.command(self.control | mask);
         self.wait(20);
         if self.random.chance(90) {
@@ -201,9 +202,10 @@ impl<'a> Plan<'a> {
         let level = !self.lines[pair].0;
         let skew = self.random.pick(&[0, 0, 0, 1, 3, 9, 10, 11, 12, 20, 119, 120, 121]);
         let second_leads = self.random.chance(50);
-        self.set_line(pair, second_leads, level);
-        self.now += skew;
-        self.set_line(pair, !second_leads, level);
+        for is_second in [second_leads, !second_leads] {
+            self.set_line(pair, is_second, level != (is_second && self.hints.inverted[pair]));
+            self.now += if is_second == second_leads { skew } else { 0 };
+        }
     }
 
     fn set_line(&mut self, pair: usize, is_second: bool, level: bool) {

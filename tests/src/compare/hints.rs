@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use shm_schema::facts::etg;
-use shm_schema::facts::{amk_kw, atv340, etg_6100_2};
-use shm_schema::profile::{Profile, etg_key, reference};
+use shm_schema::facts::{amk_kw, atv340};
+use shm_schema::profile::Profile;
 
 use super::random::Random;
+use super::{edges, etg};
 
 /// The monitored approach of a request.
 #[derive(Debug, Clone, Copy)]
@@ -33,13 +33,13 @@ pub struct Request {
 
 impl Request {
     /// Whether the word requests.
-    pub fn stands(&self, word: u32) -> bool {
+    pub fn stands(&self, word: u64) -> bool {
         (word >> self.bit & 1 == 1) != self.active_low
     }
 
     /// The word with the request or without it.
-    pub fn set(&self, word: u32, request: bool) -> u32 {
-        let mask = 1 << self.bit;
+    pub fn set(&self, word: u64, request: bool) -> u64 {
+        let mask = 1_u64 << self.bit;
         if request == self.active_low { word & !mask } else { word | mask }
     }
 }
@@ -63,6 +63,12 @@ pub struct Hints {
     pub torques: Vec<i64>,
     /// The acknowledge terminals matter.
     pub has_terminals: bool,
+    /// Pairs whose second line is HIGH when the first is LOW.
+    pub inverted: [bool; 4],
+    /// Bits from 32 on that are 1 while nothing is requested.
+    pub neutral_above: u64,
+    /// Positions at which a trace may begin besides 0, increments.
+    pub origins: Vec<i64>,
 }
 
 impl Hints {
@@ -77,13 +83,17 @@ impl Hints {
 /// # Panics
 /// On a profile without hints.
 pub fn hints(profile: Profile, random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
-    match profile {
+    let (mut set, mut hints) = match profile {
         Profile::AmkKw => amk(random),
-        Profile::Etg61002 => etg_profile(random),
+        Profile::Etg61002 => etg::hints(random),
         Profile::Atv340 => atv(random),
         Profile::LenzeSm301 => super::lenze::hints(random),
         other @ Profile::None => panic!("no hints for {}", other.name()),
+    };
+    if random.chance(15) {
+        edges::put(profile, random, &mut set, &mut hints);
     }
+    (set, hints)
 }
 
 fn amk(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
@@ -140,11 +150,15 @@ fn amk(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
     }
     if random.chance(40) {
         hints.uses_lines = true;
-        let functions = [3, 4, 5, 6, 9, 10, 11, 12, 13, 14];
+        let functions = [3, 4, 5, 6, 9, 10, 11, 12, 13, 14, 16];
         let one = random.pick(&functions);
         let other =
             random.pick(&functions.iter().copied().filter(|function| *function != one).collect::<Vec<_>>());
         set.extend([(7, 1), (15, one), (16, other), (17, random.between(0, 2) as i32)]);
+        for (pair, number) in [70, 76, 82].into_iter().enumerate() {
+            hints.inverted[pair] = random.chance(25);
+            set.insert(number, hints.inverted[pair].into());
+        }
         for line in [71, 73, 77, 79, 83, 85] {
             set.insert(line, random.pick(&[250, 313, 500, 1000, 1500, 2000]));
         }
@@ -171,7 +185,7 @@ fn ramp(
 }
 
 fn atv(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
-    let pole_pairs = random.pick(&[1, 2, 3, 4]);
+    let pole_pairs = random.pick(&[1, 2, 3, 4, 12]);
     let rpm = |tenths: i32| i64::from(tenths) * 6 / i64::from(pole_pairs);
     let set_point = random.between(100, 200) as i32;
     let threshold = set_point + random.between(0, 100) as i32;
@@ -219,150 +233,4 @@ fn atv(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
     ];
     hints.requests.push(high(atv340::control::SMS_SWITCH, None));
     (set, hints)
-}
-
-fn etg_profile(random: &mut Random) -> (BTreeMap<u32, i32>, Hints) {
-    use etg_6100_2::control as c;
-    let mut set = BTreeMap::new();
-    let mut hints =
-        Hints { acknowledge_bits: vec![c::ERROR_ACK, c::RESTART_ACKNOWLEDGE], ..Hints::default() };
-    hints.limit(0);
-    let low = |bit| Request { bit, active_low: true, approach: None };
-    hints.requests.push(low(c::STO));
-    set.insert(etg_key(etg::STO, 1, etg::sto::RESTART_ACKNOWLEDGE_BEHAVIOR), random.between(0, 1) as i32);
-    let maximum = random.between(1000, 4000) as i32;
-    set.insert(etg_key(etg::SMS, 1, etg::sms::VELOCITY_MAXIMUM_POSITIVE), maximum);
-    set.insert(etg_key(etg::SMS, 1, etg::sms::VELOCITY_MAXIMUM_NEGATIVE), maximum);
-    hints.limit(maximum.into());
-    for (bit, instance) in [(c::SS1_1, 1), (c::SS1_2, 2)] {
-        let window = random.between(1, 60) as i32;
-        let keys = [
-            etg::ss1::TIME_TO_STO,
-            etg::ss1::DECELERATION_LIMIT,
-            etg::ss1::TIME_DELAY_DECELERATION_MONITORING,
-        ];
-        let approach = etg_ramp(&mut set, random, (etg::SS1, instance), keys, i64::from(window));
-        set.insert(etg_key(etg::SS1, instance, etg::ss1::VELOCITY_ZERO_WINDOW), window);
-        if random.chance(40) {
-            set.insert(
-                etg_key(etg::SS1, instance, etg::ss1::TIME_FOR_VELOCITY_ZERO),
-                random.between(1, 100) as i32,
-            );
-        }
-        hints.requests.push(Request { approach: Some(approach), ..low(bit) });
-    }
-    for (bit, sos_bit, instance) in [(c::SS2_1, c::SOS_1, 1), (c::SS2_2, c::SOS_2, 2)] {
-        let window = random.between(1, 60) as i32;
-        let keys = [
-            etg::ss2::TIME_TO_SOS,
-            etg::ss2::DECELERATION_LIMIT,
-            etg::ss2::TIME_DELAY_DECELERATION_MONITORING,
-        ];
-        let approach = etg_ramp(&mut set, random, (etg::SS2, instance), keys, i64::from(window));
-        // ETG-SOS-02: optional; without it the line of SS2 ends at 0 rpm.
-        if random.chance(75) {
-            set.insert(etg_key(etg::SOS, instance, etg::sos::VELOCITY_ZERO_WINDOW), window);
-        }
-        if random.chance(60) {
-            set.insert(etg_key(etg::SS2, instance, etg::ss2::ERROR_REACTION), etg_reaction(random));
-        }
-        set.insert(
-            etg_key(etg::SOS, instance, etg::sos::POSITION_ZERO_WINDOW),
-            random.between(20, 5000) as i32,
-        );
-        set.insert(
-            etg_key(etg::SS2, instance, etg::ss2::RESTART_ACKNOWLEDGE_BEHAVIOR),
-            random.between(0, 1) as i32,
-        );
-        hints.limit(window.into());
-        hints.requests.push(Request { approach: Some(approach), ..low(bit) });
-        hints.requests.push(low(sos_bit));
-    }
-    for (bit, instance) in [(c::SLS_1, 1), (c::SLS_2, 2), (c::SLS_3, 3), (c::SLS_4, 4)] {
-        let limit = random.between(1, maximum.into()) as i32;
-        let keys = [
-            etg::sls::TIME_TO_VELOCITY_MONITORING,
-            etg::sls::DECELERATION_LIMIT,
-            etg::sls::TIME_DELAY_DECELERATION_MONITORING,
-        ];
-        let approach = etg_ramp(&mut set, random, (etg::SLS, instance), keys, i64::from(limit));
-        set.insert(etg_key(etg::SLS, instance, etg::sls::VELOCITY_LIMIT), limit);
-        set.insert(etg_key(etg::SLS, instance, etg::sls::ERROR_REACTION), etg_reaction(random));
-        hints.limit(limit.into());
-        hints.requests.push(Request { approach: Some(approach), ..low(bit) });
-    }
-    for (bit, instance) in [(c::SSR_1, 1), (c::SSR_2, 2)] {
-        let lower = random.between(-i64::from(maximum), i64::from(maximum) - 20) as i32;
-        let upper = random.between(i64::from(lower) + 10, i64::from(maximum)) as i32;
-        let keys = [
-            etg::ssr::TIME_TO_VELOCITY_MONITORING,
-            etg::ssr::DECELERATION_LIMIT,
-            etg::ssr::TIME_DELAY_DECELERATION_MONITORING,
-        ];
-        let approach = etg_ramp(&mut set, random, (etg::SSR, instance), keys, i64::from(upper));
-        set.insert(etg_key(etg::SSR, instance, etg::ssr::VELOCITY_UPPER_LIMIT), upper);
-        set.insert(etg_key(etg::SSR, instance, etg::ssr::VELOCITY_LOWER_LIMIT), lower);
-        set.insert(etg_key(etg::SSR, instance, etg::ssr::ERROR_REACTION), etg_reaction(random));
-        hints.limits.extend([i64::from(upper) * 1000, i64::from(lower) * 1000]);
-        hints.requests.push(Request { approach: Some(approach), ..low(bit) });
-    }
-    etg_positions(&mut set, random);
-    hints.requests.extend([c::SLP_1, c::SLI_1, c::SLT_1, c::SAR_1, c::SDIP, c::SDIN].map(low));
-    hints.accelerations = vec![0, 3000, -2000];
-    hints.torques = vec![0, 80, -60];
-    (set, hints)
-}
-
-fn etg_positions(set: &mut BTreeMap<u32, i32>, random: &mut Random) {
-    let size = |random: &mut Random| random.between(100, 500_000) as i32;
-    set.extend([
-        (etg_key(etg::SLP, 1, etg::slp::POSITION_UPPER_LIMIT), size(random)),
-        (etg_key(etg::SLP, 1, etg::slp::POSITION_LOWER_LIMIT), -size(random)),
-        (etg_key(etg::SLP, 1, etg::slp::ERROR_REACTION), etg_reaction(random)),
-        (etg_key(etg::SLI, 1, etg::sli::POSITION_RELATIVE_UPPER_LIMIT), size(random)),
-        (etg_key(etg::SLI, 1, etg::sli::POSITION_RELATIVE_LOWER_LIMIT), size(random)),
-        (etg_key(etg::SLT, 1, etg::slt::TORQUE_LIMIT_POSITIVE_DIRECTION), 800),
-        (etg_key(etg::SLT, 1, etg::slt::TORQUE_LIMIT_NEGATIVE_DIRECTION), 600),
-        (etg_key(etg::SAR, 1, etg::sar::ACCELERATION_UPPER_LIMIT), 3000),
-        (etg_key(etg::SAR, 1, etg::sar::ACCELERATION_LOWER_LIMIT), -2000),
-        (etg_key(etg::SDI, 1, etg::sdi::POSITION_ZERO_WINDOW), size(random)),
-        (etg_key(etg::SDI, 1, etg::sdi::VELOCITY_ZERO_WINDOW), random.between(1, 40) as i32),
-        (etg_key(etg::SSM, 1, etg::ssm::VELOCITY_UPPER_LIMIT), 30),
-        (etg_key(etg::SSM, 1, etg::ssm::VELOCITY_LOWER_LIMIT), -30),
-        (etg_key(etg::SCA, 1, etg::sca::POSITION_UPPER_LIMIT), size(random)),
-        (etg_key(etg::SCA, 1, etg::sca::POSITION_LOWER_LIMIT), -size(random)),
-    ]);
-}
-
-/// STO as often as the others together; none (0) seldom, because nothing ends what it reports.
-fn etg_reaction(random: &mut Random) -> i32 {
-    let stops = [(etg::SS1, 1), (etg::SS1, 2), (etg::SS2, 1), (etg::SS2, 2)];
-    match random.between(0, 99) {
-        0..=11 => 0,
-        12..=55 => reference(etg::STO, 1),
-        _ => {
-            let (function, instance) = random.pick(&stops);
-            reference(function, instance)
-        }
-    }
-}
-
-/// Time, slope and delay of an instance; two of three monitor the line.
-fn etg_ramp(
-    set: &mut BTreeMap<u32, i32>,
-    random: &mut Random,
-    (function, instance): (u32, u32),
-    [time, slope, delay]: [u32; 3],
-    target_rpm: i64,
-) -> Approach {
-    let to_target = random.pick(&[400, 800, 2000]);
-    let per_second = random.pick(&[1500, 3000, 7777]);
-    let wait = random.pick(&[0, 1, 50, 300]);
-    set.insert(etg_key(function, instance, time), to_target);
-    let monitored = random.chance(66);
-    if monitored {
-        set.insert(etg_key(function, instance, slope), per_second);
-        set.insert(etg_key(function, instance, delay), wait);
-    }
-    Approach { delay: wait.into(), slope: (per_second.into(), 1), target: target_rpm * 1000 }
 }

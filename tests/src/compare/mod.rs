@@ -3,9 +3,12 @@
 //!
 //! - [`scenario`]: parameters and a trace of rows, what design 10 calls a trace
 //! - [`generate`]: meaningful random scenarios from a seed
+//! - [`hints`], [`lenze`], [`etg`], [`edges`]: meaningful parameters, and numbers at the edge
 //! - [`shrink`]: the smallest scenario that still fails
 //! - [`Subject`]: whatever answers inputs cycle by cycle; the model is one
 
+pub mod edges;
+pub mod etg;
 pub mod generate;
 pub mod hints;
 pub mod lenze;

@@ -20,7 +20,7 @@ pub struct Row {
     /// A corner of the speed polyline, 1/1000 rpm.
     pub speed_mrpm: Option<i64>,
     /// Control word.
-    pub control: Option<u32>,
+    pub control: Option<u64>,
     /// Safe input lines.
     pub lines: Option<Lines>,
     /// Acknowledge in, restart.
@@ -46,6 +46,8 @@ pub struct Scenario {
     pub rows: Vec<Row>,
     /// Last cycle.
     pub last: i64,
+    /// Position in cycle 0, increments; a trace begins at 0.
+    pub origin: i64,
 }
 
 /// Time in ms and value.
@@ -73,7 +75,7 @@ impl Scenario {
                     take_steps(&mut input, row);
                 }
                 input.speed_mrpm = rounded(value_at(&speed, now));
-                input.position = position_at(&speed, now);
+                input.position = self.origin + position_at(&speed, now);
                 input.torque_ppm = rounded(value_at(&torque, now));
                 let given = (!acceleration.is_empty()).then(|| rounded(value_at(&acceleration, now)));
                 input.acceleration_mrpm_s = given;
@@ -115,11 +117,18 @@ impl Scenario {
 }
 
 fn take_steps(input: &mut ModelInput, row: &Row) {
-    input.control = row.control.map_or(input.control, Word::from_u32);
+    input.control = row.control.map_or(input.control, word);
     input.se = row.lines.unwrap_or(input.se);
     input.ais = row.ais.unwrap_or(input.ais);
     input.aie = row.aie.unwrap_or(input.aie);
     input.clear_error = row.clear_error.unwrap_or(input.clear_error);
+}
+
+/// A word of the first 64 bits.
+fn word(value: u64) -> Word {
+    let mut word = Word::from_u32(value as u32);
+    word.0[1] = (value >> 32) as u32;
+    word
 }
 
 fn thousandths(value: Option<i64>) -> String {
@@ -128,7 +137,7 @@ fn thousandths(value: Option<i64>) -> String {
     format!("{sign}{}.{:03}", value.abs() / 1000, value.abs() % 1000)
 }
 
-fn control(value: Option<u32>) -> String {
+fn control(value: Option<u64>) -> String {
     value.map(|word| format!("0x{word:08X}")).unwrap_or_default()
 }
 

@@ -8,7 +8,7 @@ pub fn smallest(scenario: Scenario, fails: &dyn Fn(&Scenario) -> bool) -> Scenar
     loop {
         let shorter = shorten(&best, fails);
         let fewer = drop_rows(shorter, fails);
-        let simpler = simplify_rows(fewer, fails);
+        let simpler = at_zero(simplify_rows(fewer, fails), fails);
         if simpler == best {
             return best;
         }
@@ -25,6 +25,12 @@ fn shorten(scenario: &Scenario, fails: &dyn Fn(&Scenario) -> bool) -> Scenario {
     }
     let candidate = cut(scenario, failing);
     if fails(&candidate) { candidate } else { scenario.clone() }
+}
+
+/// From position 0, where a trace begins, if that fails too.
+fn at_zero(best: Scenario, fails: &dyn Fn(&Scenario) -> bool) -> Scenario {
+    let candidate = Scenario { origin: 0, ..best.clone() };
+    if fails(&candidate) { candidate } else { best }
 }
 
 fn cut(scenario: &Scenario, last: i64) -> Scenario {

@@ -67,6 +67,7 @@ fn the_position_is_the_exact_integral() {
         parameters: std::collections::BTreeMap::new(),
         rows: vec![row(0, 0), row(1000, 60_000), row(2000, 60_000)],
         last: 3000,
+        origin: 0,
     };
     let inputs = scenario.inputs();
     // 60 rpm are one revolution per second; the run-up covers half of one.

@@ -1,6 +1,7 @@
 //! What a running process costs, and what it asks of the kernel (design 3.6, 11).
 
 use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
@@ -57,6 +58,41 @@ fn the_cycle_of_a_monitor_calls_nothing_but_the_sleep() {
             let other: Vec<_> = calls.iter().filter(|call| !call.starts_with("clock_nanosleep(")).collect();
             assert!(other.is_empty(), "{role:?}: in the cycle {other:?}");
         }
+        running.stop();
+    });
+}
+
+/// Design 3.6: whatever is linked into a monitor, its cycle takes nothing from the heap.
+#[test]
+fn the_cycle_of_a_monitor_allocates_and_frees_nothing() {
+    let _turn = alone();
+    judged("allocations", || {
+        let folder = Folder::new("heap");
+        let counter = folder.file("allocations.so");
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/live/allocations.c");
+        let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
+        let mut compile = Command::new(compiler);
+        compile.args(["-shared", "-fPIC", "-O1", "-o"]).arg(&counter).arg(source);
+        if !compile.status().is_ok_and(|status| status.success()) {
+            println!("skipped: no C compiler");
+            return;
+        }
+        let counts = folder.file("counts");
+        fs::create_dir_all(&counts).expect("a folder");
+        let mut command = folder.command();
+        command.env("LD_PRELOAD", &counter).env("SAFEPAIR_ALLOCATIONS", &counts);
+        let mut running = folder.running(folder.launch_as(command));
+        assert!(running.energise(0), "no torque:\n{}", folder.said());
+        let counted = |role| {
+            let file = counts.join(running.process(role).to_string());
+            let octets = fs::read(file).expect("a count");
+            u64::from_ne_bytes(octets.try_into().expect("eight octets"))
+        };
+        let before = MONITORS.map(counted);
+        assert!(before.iter().all(|count| *count > 0), "the start allocates: {before:?}");
+        // The length is what is measured over.
+        thread::sleep(WATCHED);
+        assert_eq!(MONITORS.map(counted), before, "allocations of {MONITORS:?} in {WATCHED:?}");
         running.stop();
     });
 }

@@ -1,6 +1,6 @@
 //! One instant of what runs or stands.
 
-use super::{Part, Places, Reaction, Sample, Stops, Violation};
+use super::{Instance, Part, Places, Reaction, Sample, Stops, Violation};
 use crate::engine::approach::Stage;
 
 impl Stops {
@@ -9,9 +9,12 @@ impl Stops {
         let (standing, braking) = (self.standing, self.braking);
         standing.into_iter().for_each(|place| self.stand(place, sample, found));
         braking.into_iter().for_each(|place| self.brake(place, sample, found));
-        // DEC-02: one that begins in this instant is in force in it.
+        // DEC-02: one that begins in this instant is in force in it; what it leads to follows from
+        // what this instant showed.
+        let shut = self.shut;
         let begun = self.braking.without(braking);
         begun.into_iter().for_each(|place| self.brake(place, sample, found));
+        self.shut = shut;
     }
 
     fn brake(&mut self, place: u8, sample: &Sample, found: &mut dyn FnMut(Violation)) {
@@ -25,9 +28,31 @@ impl Stops {
             (Stage::Arrived, Some(side)) => (Part::End, side),
             (Stage::Violated(side), _) => (Part::Ramp, side),
         };
-        found(Violation { function: plan.function, part, side, position: false });
-        let reaction = plan.reaction;
+        let (function, reaction) = (plan.function, plan.reaction);
+        found(Violation { function, part, side, position: false, reaction });
+        if reaction == Reaction::None {
+            // ETG-ERR-02: it brakes on, and is judged again.
+            return;
+        }
+        // DEC-14: an SS1 is over, on its line or beside it: nothing is judged beside its end.
+        self.shut |= self.to_sto.has(place);
         self.fail(place, reaction, sample);
+    }
+
+    /// What this instant still violates without any reaction (DEC-15).
+    pub fn look_again(&mut self, sample: &Sample, found: &mut dyn FnMut(Violation)) {
+        for place in self.braking {
+            let Some(Instance { plan, progress, .. }) = self.instances.get_mut(usize::from(place)) else {
+                continue;
+            };
+            let goes_on = plan.reaction == Reaction::None;
+            if let (true, Stage::Violated(side)) =
+                (goes_on, progress.step(&plan.approach, sample.now_ns, sample.speed))
+            {
+                let (function, reaction) = (plan.function, plan.reaction);
+                found(Violation { function, part: Part::Ramp, side, position: false, reaction });
+            }
+        }
     }
 
     fn arrive(&mut self, place: u8, sample: &Sample, found: &mut dyn FnMut(Violation)) {
@@ -37,7 +62,7 @@ impl Stops {
         }
         if self.to_sto.has(place) {
             self.enter_sto(sample.now_ns);
-            self.ended = Some(place);
+            (self.ended, self.shut) = (Some(place), true);
             return;
         }
         self.stand_at(place, sample.position);
@@ -52,7 +77,9 @@ impl Stops {
                 self.failed = self.failed.with(Places::of(place));
                 self.react(reaction, sample);
             }
-            _ => self.enter_sto(sample.now_ns),
+            _ => {
+                self.react(Reaction::Sto, sample);
+            }
         }
     }
 
@@ -65,8 +92,8 @@ impl Stops {
             [(plan.stand_speed.left_by(sample.speed), false), (plan.stand_position.left_by(travel), true)];
         for (side, position) in left {
             if let Some(side) = side {
-                found(Violation { function, part: Part::Window, side, position });
-                self.enter_sto(sample.now_ns);
+                found(Violation { function, part: Part::Window, side, position, reaction: Reaction::Sto });
+                self.react(Reaction::Sto, sample);
             }
         }
     }

@@ -9,7 +9,7 @@ impl Stops {
         let young = now_ns.saturating_sub(self.sto_since_ns) < self.sto_least_ns;
         let short = young & self.ended.is_some();
         let ended = self.held.common(self.to_sto).common(demand.stops);
-        let kept = demand.sto | short | !ended.is_empty();
+        let kept = demand.sto | demand.fault | short | !ended.is_empty();
         !(kept | demand.blocked)
     }
 
@@ -24,7 +24,10 @@ impl Stops {
     }
 
     pub(super) fn leave(&mut self, demand: Demand, now_ns: u64) {
-        let cancelled = demand.release & !(demand.sto | demand.blocked);
+        // What is still requested after it is no error's any more.
+        self.by_error &= demand.blocked | !demand.restart;
+        let kept = demand.sto | demand.fault | demand.blocked | self.by_error;
+        let cancelled = demand.release & !kept;
         if cancelled {
             self.sto = false;
             (self.braking, self.standing) = (Places::NONE, Places::NONE);

@@ -67,6 +67,8 @@ pub struct Plan {
 pub struct Demand {
     /// STO is requested.
     pub sto: bool,
+    /// An error takes the torque away, whatever is requested.
+    pub fault: bool,
     /// The stop functions requested.
     pub stops: Places,
     /// An error stands that keeps the reached stop.
@@ -75,6 +77,17 @@ pub struct Demand {
     pub restart: bool,
     /// The running or standing stop is cancelled at once (enable switch).
     pub release: bool,
+}
+
+impl Demand {
+    /// Asks for `stop` as well.
+    pub const fn ask(&mut self, stop: Reaction) {
+        match stop {
+            Reaction::None => {}
+            Reaction::Sto => self.sto = true,
+            Reaction::Stop(place) => self.stops = self.stops.with(Places::of(place)),
+        }
+    }
 }
 
 /// A violation while a stop runs or stands.
@@ -88,6 +101,8 @@ pub struct Violation {
     pub side: Side,
     /// The position window, not the speed.
     pub position: bool,
+    /// What follows.
+    pub reaction: Reaction,
 }
 
 /// One stop function: its row of the table, and where it is while it runs or stands.
@@ -108,6 +123,11 @@ pub struct Stops {
     /// Those whose standstill is left only with a restart acknowledge.
     acknowledged: Places,
     sto: bool,
+    /// STO is in force for all that this instant shows, and not only by what it shows.
+    shut: bool,
+    /// An error has started or kept what runs or stands: a restart acknowledge ends it, and no
+    /// enable switch (LNZ-OMS-10).
+    by_error: bool,
     braking: Places,
     standing: Places,
     /// Have run to their end, and hold it as long as they are requested.
@@ -141,6 +161,12 @@ impl Stops {
     /// Torque is off.
     pub const fn is_sto(&self) -> bool {
         self.sto
+    }
+
+    /// Limits are judged in this instant: no STO, or only one that left limits of this instant lead
+    /// to. That one begins when all of them have been judged (DEC-02, DEC-14).
+    pub const fn judges(&self) -> bool {
+        !self.shut
     }
 
     /// Those that brake.
@@ -197,21 +223,23 @@ impl Stops {
 
     /// Requests: what is left, what starts.
     pub fn command(&mut self, demand: Demand, sample: &Sample) {
-        let nothing = demand.stops.is_empty() & !demand.sto;
+        let nothing = demand.stops.is_empty() & !(demand.sto | demand.fault);
         if nothing & self.is_idle() {
-            (self.held, self.failed) = (Places::NONE, Places::NONE);
+            self.forget();
             return;
         }
         self.held = self.held.with(self.standing).common(demand.stops);
         self.failed = self.failed.common(demand.stops);
         let was_sto = self.sto;
         self.leave(demand, sample.now_ns);
-        if demand.sto {
+        if self.is_idle() {
+            (self.failed, self.by_error) = (Places::NONE, false);
+        }
+        if demand.sto | demand.fault {
             self.enter_sto(sample.now_ns);
         }
-        if self.is_idle() {
-            self.failed = Places::NONE;
-        }
+        self.by_error |= demand.fault;
+        self.shut = self.sto;
         // DEC-13: a lower stop requested meanwhile is remembered as long as it is requested.
         let pending = demand.stops.common(self.known).without(self.held.with(self.failed));
         if pending.is_empty() {
@@ -222,6 +250,11 @@ impl Stops {
         }
         pending.common(self.to_sto).into_iter().for_each(|place| self.start(place, sample));
         pending.without(self.to_sto).into_iter().for_each(|place| self.start(place, sample));
+    }
+
+    /// Nothing runs and nothing is asked for.
+    const fn forget(&mut self) {
+        (self.held, self.failed, self.by_error) = (Places::NONE, Places::NONE, false);
     }
 
     /// Starts the stop at `place` unless it or a higher one runs; a higher one aborts the lower
@@ -255,6 +288,7 @@ impl Stops {
     /// Starts what a violation asks for; `true` when a stop brakes that did not.
     pub fn react(&mut self, reaction: Reaction, sample: &Sample) -> bool {
         let before = self.braking;
+        self.by_error |= !matches!(reaction, Reaction::None);
         match reaction {
             Reaction::None => {}
             Reaction::Stop(place) if self.known.has(place) => self.start(place, sample),

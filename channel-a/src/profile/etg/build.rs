@@ -1,9 +1,9 @@
 //! From the objects of a set to the instances of the engine, in the order of their keys.
 
 use super::super::{Program, Rules};
-use super::object::{Object, Times, approach};
+use super::object::{Object, Times, approach, instances};
 use super::stops::{ss1, ss2, standing_reference};
-use super::words::{CONTROL, STATUS, assigned};
+use super::words::{control_bit, status_bit};
 use super::{Etg, RPM, SDI_BOTH, SDI_NEGATIVE_ONLY, SDI_POSITIVE_ONLY, SEATS, SIGNALS, Signal, Target};
 use crate::engine::Range;
 use crate::engine::approach::Approach;
@@ -13,7 +13,6 @@ use crate::image::Image;
 use shm_schema::error::ErrorCode;
 use shm_schema::facts::etg;
 use shm_schema::facts::etg_6100_2::control;
-use shm_schema::profile::common;
 use shm_schema::word::Word;
 
 /// In place of an error reaction object: STO, not configurable.
@@ -24,6 +23,7 @@ pub(super) struct Builder {
     pub(super) etg: Etg,
     top: (i64, i64),
     pub(super) stops: u8,
+    braked: bool,
     pub(super) excess: Option<ErrorCode>,
 }
 
@@ -32,19 +32,12 @@ pub(super) const fn reference(function: u32, instance: u32) -> u32 {
 }
 
 impl Builder {
-    fn bit_of(word: u32, defaults: &[(u32, u32, u8)], object: &Object) -> Option<u8> {
-        let mut rows = defaults.iter();
-        let default = rows.find(|row| (row.0, row.1) == (object.function, object.instance));
-        let own = reference(object.function, object.instance);
-        assigned(object.image, word, own).or(default.map(|row| row.2))
-    }
-
     fn control(object: &Object) -> Option<u8> {
-        Self::bit_of(common::CONTROL_WORD, &CONTROL, object)
+        control_bit(object.image, object.function, object.instance)
     }
 
     pub(super) fn status(object: &Object) -> Option<u8> {
-        Self::bit_of(common::STATUS_WORD, &STATUS, object)
+        status_bit(object.image, object.function, object.instance)
     }
 
     /// There is no place for this instance; the first one is named.
@@ -124,16 +117,11 @@ pub fn build(image: &Image, program: &mut Program) {
     let sms = Object { image, function: etg::SMS, instance: 1 };
     let top =
         (sms.value(etg::sms::VELOCITY_MAXIMUM_POSITIVE), sms.value(etg::sms::VELOCITY_MAXIMUM_NEGATIVE));
-    let mut builder = Builder { etg, top, stops: 0, excess: None };
+    let mut builder = Builder { etg, top, stops: 0, braked: false, excess: None };
     let sto = Object { image, function: etg::STO, instance: 1 };
     program.stops.restart = sto.value(etg::sto::RESTART_ACKNOWLEDGE_BEHAVIOR) != 0;
-    let mut before = 0;
-    for key in image.keys() {
-        let instance = key >> 8;
-        if core::mem::replace(&mut before, instance) != instance {
-            let object = Object { image, function: instance >> 8, instance: instance & 0xFF };
-            add(&mut builder, program, &object);
-        }
+    for (function, instance) in instances(image) {
+        add(&mut builder, program, &Object { image, function, instance });
     }
     program.excess = builder.excess.or(program.excess);
     program.rules = Rules::Etg(builder.etg);
@@ -236,12 +224,19 @@ fn add(builder: &mut Builder, program: &mut Program, object: &Object) {
         }
         etg::SDI => sdi(builder, program, object),
         etg::SSM | etg::SCA => signal(builder, object),
-        etg::SBC => {
-            builder.seat(object, |_| Target::Brake);
-            builder.etg.brake_status = Builder::status(object);
-        }
+        etg::SBC => brake(builder, object),
         _ => {}
     }
+}
+
+/// ETG-SBC-08: there is one brake; a second one finds no place.
+fn brake(builder: &mut Builder, object: &Object) {
+    if builder.braked {
+        return builder.refuse(object);
+    }
+    builder.braked = true;
+    builder.seat(object, |_| Target::Brake);
+    builder.etg.brake_status = Builder::status(object);
 }
 
 fn always(program: &mut Program, object: &Object, row: (Quantity, Range, u32), wanted: bool) {

@@ -19,12 +19,16 @@ const fn row(function: u16, error: u32) -> ErrorCode {
     ErrorCode::single((function as u32) << 8 | error)
 }
 
+/// Without a reaction the cause stands as long as the limit is violated (DEC-15).
+fn class_of(reaction: Reaction) -> Class {
+    if reaction == Reaction::None { Class::Flaw } else { Class::Limit }
+}
+
 /// E1 the window, E2 the deceleration; SDI has E1 for the position and E2 for the velocity.
 pub fn watch_code(plan: &Plan, violation: Violation) -> (ErrorCode, Class) {
-    let class = if plan.reaction == Reaction::None { Class::Flaw } else { Class::Limit };
     let velocity = matches!(plan.quantity, Quantity::SpeedFromZero(_));
     let second = (violation.part == Part::Ramp) | velocity;
-    (row(plan.function, if second { 2 } else { 1 }), class)
+    (row(plan.function, if second { 2 } else { 1 }), class_of(plan.reaction))
 }
 
 /// SS1: E1 outside the zero window at its end, E2 the deceleration. SS2: E1 the deceleration;
@@ -32,7 +36,7 @@ pub fn watch_code(plan: &Plan, violation: Violation) -> (ErrorCode, Class) {
 pub fn stop_code(violation: stop::Violation) -> (ErrorCode, Class) {
     let is_ss1 = u32::from(violation.function) >> 8 == etg::SS1;
     let second = is_ss1 & (violation.part == Part::Ramp);
-    (row(violation.function, if second { 2 } else { 1 }), Class::Limit)
+    (row(violation.function, if second { 2 } else { 1 }), class_of(violation.reaction))
 }
 
 /// General faults.
@@ -78,7 +82,13 @@ mod tests {
         assert_eq!((code(Part::Window), code(Part::Ramp)), (0x8_0301, 0x8_0302));
         let function = (etg::SS1 << 8 | 1) as u16;
         let stop = |part| {
-            let violation = stop::Violation { function, part, side: Side::Upper, position: false };
+            let violation = stop::Violation {
+                function,
+                part,
+                side: Side::Upper,
+                position: false,
+                reaction: Reaction::Sto,
+            };
             stop_code(violation).0.code & 0xFF
         };
         assert_eq!((stop(Part::End), stop(Part::Ramp)), (1, 2));

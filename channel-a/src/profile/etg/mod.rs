@@ -3,6 +3,7 @@
 mod build;
 pub mod codes;
 mod object;
+mod reach;
 mod rules;
 mod stops;
 mod words;

@@ -6,6 +6,14 @@ use crate::engine::approach::{Approach, Slope};
 use crate::image::Image;
 use shm_schema::profile::etg_key;
 
+/// The instances that an image names, as function and number, in ascending order.
+pub(super) fn instances<'a>(image: &'a Image<'a>) -> impl Iterator<Item = (u32, u32)> + 'a {
+    let mut before = 0;
+    let named = image.keys().map(|key| key >> 8);
+    let each = named.filter(move |instance| core::mem::replace(&mut before, *instance) != *instance);
+    each.map(|instance| (instance >> 8, instance & 0xFF))
+}
+
 /// Reads the objects of one instance.
 pub(super) struct Object<'a> {
     pub(super) image: &'a Image<'a>,

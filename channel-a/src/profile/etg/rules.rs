@@ -38,5 +38,6 @@ pub fn findings(image: &Image, report: &mut dyn FnMut(ErrorCode)) {
             report(ErrorCode::amk(3605, function, instance, object));
         }
     }
+    super::reach::findings(image, report);
     super::super::common_findings(image, report);
 }

@@ -3,7 +3,7 @@
 use super::super::Program;
 use super::Target;
 use super::build::{Builder, reference};
-use super::object::{Object, Times, approach};
+use super::object::{Object, Times, approach, instances};
 use crate::engine::Range;
 use crate::engine::stop::{self, End, STOPS};
 use crate::image::Image;
@@ -12,13 +12,8 @@ use shm_schema::profile::etg_key;
 
 /// Places of the stops: every instance of SS1, then every one of SS2, in ascending order.
 fn stop_instances<'a>(image: &'a Image) -> impl Iterator<Item = (u32, u32)> + 'a {
-    let mut before = 0;
-    let instances = image
-        .keys()
-        .map(|key| key >> 8)
-        .filter(move |instance| core::mem::replace(&mut before, *instance) != *instance);
-    let pairs = instances.map(|instance| (instance >> 8, instance & 0xFF));
-    pairs.filter(|(function, _)| (*function == etg::SS1) | (*function == etg::SS2)).take(STOPS)
+    let is_stop = |function: u32| (function == etg::SS1) | (function == etg::SS2);
+    instances(image).filter(move |(function, _)| is_stop(*function)).take(STOPS)
 }
 
 pub(super) fn standing_reference(wanted: u32, image: &Image) -> Option<u8> {
@@ -50,8 +45,9 @@ pub(super) fn ss1(builder: &mut Builder, program: &mut Program, object: &Object,
     let mut way = approach(object, &times, window, n_max);
     let windowed = object.named(ss1::VELOCITY_ZERO_WINDOW).is_some();
     way.dwell_ns = way.dwell_ns.filter(|_| windowed);
-    let brakes = object.value(ss1::ACTIVATE_SBC) != 0;
-    let delay = object.image.value(etg_key(etg::SBC, 1, etg::sbc::BRAKE_TIME_DELAY));
+    let brake = object.value(ss1::ACTIVATE_SBC) as u32;
+    let brakes = brake != 0;
+    let delay = object.image.value(etg_key(etg::SBC, brake & 0xFF, etg::sbc::BRAKE_TIME_DELAY));
     let delay_ns = (delay.max(0) as u64).saturating_mul(1_000_000);
     let dwell_ns = way.dwell_ns;
     if brakes {

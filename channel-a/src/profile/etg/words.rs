@@ -3,9 +3,10 @@
 use crate::image::Image;
 use shm_schema::facts::etg;
 use shm_schema::facts::etg_6100_2::{control, status};
+use shm_schema::profile::common;
 
 /// DEC-41: function, instance, control bit.
-pub(super) const CONTROL: [(u32, u32, u8); 24] = [
+const CONTROL: [(u32, u32, u8); 24] = [
     (etg::SS1, 1, control::SS1_1),
     (etg::SS1, 2, control::SS1_2),
     (etg::SS2, 1, control::SS2_1),
@@ -32,7 +33,7 @@ pub(super) const CONTROL: [(u32, u32, u8); 24] = [
     (etg::STO, 1, control::STO),
 ];
 /// DEC-41: function, instance, status bit.
-pub(super) const STATUS: [(u32, u32, u8); 27] = [
+const STATUS: [(u32, u32, u8); 27] = [
     (etg::SSM, 1, status::SSM_1),
     (etg::SSM, 2, status::SSM_2),
     (etg::SSM, 3, status::SSM_3),
@@ -62,9 +63,29 @@ pub(super) const STATUS: [(u32, u32, u8); 27] = [
     (etg::SBC, 1, status::SBC_1),
 ];
 
-/// The bit that `[words]` assigns to the function and instance of `reference`; `base` is the
-/// first key of the word.
-pub(super) fn assigned(image: &Image, base: u32, reference: u32) -> Option<u8> {
-    let mut keys = image.keys().filter(|key| (base..base + 0x100).contains(key));
-    keys.find(|key| image.value(*key) as u32 == reference).map(|key| key as u8)
+/// The control bit that requests an instance.
+pub(super) fn control_bit(image: &Image, function: u32, instance: u32) -> Option<u8> {
+    bit_of(image, common::CONTROL_WORD, &CONTROL, (function, instance))
+}
+
+/// The status bit that shows an instance.
+pub(super) fn status_bit(image: &Image, function: u32, instance: u32) -> Option<u8> {
+    bit_of(image, common::STATUS_WORD, &STATUS, (function, instance))
+}
+
+/// The control bits that `[words]` assigns, each with the reference it is to request.
+pub(super) fn assignments<'a>(image: &'a Image<'a>) -> impl Iterator<Item = (u8, u32)> + 'a {
+    of_word(image, common::CONTROL_WORD)
+}
+
+/// `base` is the first key of the word.
+fn of_word<'a>(image: &'a Image<'a>, base: u32) -> impl Iterator<Item = (u8, u32)> + 'a {
+    let keys = image.keys().filter(move |key| (base..base + 0x100).contains(key));
+    keys.map(|key| (key as u8, image.value(key) as u32))
+}
+
+fn bit_of(image: &Image, base: u32, defaults: &[(u32, u32, u8)], own: (u32, u32)) -> Option<u8> {
+    let mut assigned = of_word(image, base).filter(|row| row.1 == own.0 << 8 | own.1);
+    let default = defaults.iter().find(|row| (row.0, row.1) == own);
+    assigned.next().map(|row| row.0).or(default.map(|row| row.2))
 }

@@ -2,8 +2,12 @@
 
 use super::super::{Program, Rules};
 use super::contacts::Contact;
+use super::overspeed::Overspeed;
+use super::pairs::{Pairs, Role};
 use super::pulse::Pulse;
-use super::{Cascade, Lenze, MILLISECOND, Mode, PAIRS, Pair, RPM, Role, SLI_REQUEST, SLS, SS1, SS2, code};
+use super::{
+    Cascade, Lenze, MILLISECOND, Mode, PAIRS, RPM, SLI_REQUEST, SLS, SLS_CODE, SMS_CODE, SS1, SS2, code,
+};
 use crate::encoder::Selection;
 use crate::encoder::twin::{Compared, Twin};
 use crate::engine::Range;
@@ -23,7 +27,6 @@ const CLOCK_GAP_US: i64 = 500;
 const CLOCK_PERIOD_MS: i64 = 2_000;
 /// Where a position encoder is connected (DEC-50).
 const POSITION_SLOT: u8 = 2;
-const SMS: u16 = 105;
 const SLI: u16 = 111;
 const SDI: [(u8, u16); 2] = [(control::SDIPOS, 103), (control::SDINEG, 104)];
 const SOS_LEFT: u16 = 106;
@@ -77,13 +80,13 @@ pub fn build(image: &Image, program: &mut Program) {
     };
     let top = Range::symmetric(rpm(15_320));
     if c(15_320) > 0 {
-        program.add(plan(Quantity::Speed, after(0, top), top, SMS, None, reaction(c(15_321))));
+        program.add(plan(Quantity::Speed, after(0, top), top, SMS_CODE, None, reaction(c(15_321))));
     }
     for (bit, number) in SLS.into_iter().zip(1..) {
         let window = Range::symmetric(code(image, 15_330, number).saturating_mul(RPM));
         let way = after(code(image, 15_331, number), window);
         let error = reaction(code(image, 15_332, number));
-        program.add(plan(Quantity::Speed, way, window, 97 + number as u16, Some(bit), error));
+        program.add(plan(Quantity::Speed, way, window, SLS_CODE + number as u16 - 1, Some(bit), error));
     }
     let tolerance = c(15_342);
     let back = Range { lower: tolerance.saturating_neg(), upper: i64::MAX };
@@ -208,32 +211,28 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         let filter_us = TEST_PULSE_US.saturating_add((delay.max(0) as u64).saturating_mul(1_000));
         Contact::new(filter_samples(filter_us), (discrepancy.max(0) as u64).saturating_mul(MILLISECOND))
     };
-    let mut pairs = roles.map(|role| Pair { role, contact: Contact::default() });
-    for (pair, row) in pairs.iter_mut().zip(each(15_033).into_iter().zip(each(15_034))) {
-        pair.contact = contact(row);
+    let mut contacts = [Contact::default(); PAIRS];
+    for (place, row) in contacts.iter_mut().zip(each(15_033).into_iter().zip(each(15_034))) {
+        *place = contact(row);
     }
     let filter = c(15_113) as u32;
     Lenze {
         filter,
         bus: c(15_100) != 0,
-        pairs,
-        selector: roles.iter().position(|role| *role == Role::Mode),
-        enable: roles.iter().position(|role| *role == Role::Enable),
-        samples: None,
-        initialised: false,
+        pairs: Pairs::new(roles, contacts),
         mode: Mode::Normal,
         special_when_low: c(15_202) == 1,
-        special_stop: c(15_200),
+        special_stop: reaction(c(15_200)),
         motion: if (3..=6).contains(&c(15_201)) { 1_u32.wrapping_shl(c(15_201) as u32) } else { 0 },
         permanent: direction(c(15_340)),
         with_sls,
         directed_sls,
         limited_increment: c(15_203) > 0,
-        emergency_ss1: c(15_205) == 1,
+        emergency_stop: if c(15_205) == 1 { Reaction::Stop(SS1) } else { Reaction::Sto },
         emergency: false,
         emergency_asked: false,
         cascade: cascading.then_some(Cascade::Closed),
-        response_ns: (c(15_350).max(0) as u64).saturating_mul(MILLISECOND),
+        overspeed: Overspeed::new((c(15_350).max(0) as u64).saturating_mul(MILLISECOND)),
         encoderless: c(15_400) == 0,
         enable_armed: false,
         ais_armed: false,
@@ -247,6 +246,5 @@ fn rules(image: &Image, resolver: bool) -> Lenze {
         output_and: code(image, 15_055, 1) == 1,
         resolver,
         window: Range::symmetric(c(15_310).saturating_mul(RPM)),
-        speed: 0,
     }
 }

@@ -1,5 +1,5 @@
-//! Two-channel contacts with a discrepancy time (LNZ-IN-14 to LNZ-IN-18). Channel A acts
-//! on line .1 (DEC-36) and watches line .2 for the discrepancy.
+//! Two-channel contacts with a discrepancy time (LNZ-IN-14 to LNZ-IN-18). Both lines reach both
+//! channels (DEC-36): the first LOW of either is OFF at once.
 
 use crate::inputs::{Line, Newest};
 
@@ -26,7 +26,7 @@ enum State {
     Rising(u64),
     /// Both high.
     On,
-    /// One became low; which lines have been low since.
+    /// One became low: OFF from then on. Which lines have been low since.
     Falling(u64, bool, bool),
     /// Too late; whether it began from ON. Over when both lines show the level that the
     /// acknowledgement waits for (LNZ-IN-15, LNZ-IN-17).
@@ -48,19 +48,14 @@ impl Contact {
         self.rests = false;
     }
 
-    /// Debounced level of the own line.
-    pub const fn level(&self) -> bool {
-        self.own.level()
+    /// The valuation: ON.
+    pub const fn is_on(&self) -> bool {
+        matches!(self.state, State::On) & !self.latched
     }
 
-    /// The valuation: ON.
-    pub fn is_on(&self) -> bool {
-        let on = match self.state {
-            State::On => true,
-            State::Falling(_, own_fell, _) => !own_fell,
-            _ => false,
-        };
-        on & !self.latched
+    /// A discrepancy was not acknowledged since: OFF, and no level of a sound input (LNZ-IN-04).
+    pub const fn is_faulty(&self) -> bool {
+        self.latched
     }
 
     /// Either line is high.
@@ -128,12 +123,15 @@ mod tests {
     }
 
     #[test]
-    fn one_low_line_is_tolerated_for_the_discrepancy_time() {
-        // LNZ-IN-09, LNZ-IN-14
-        let mut contact = settled(true);
-        assert!(!run(&mut contact, 1, 11, false, true));
-        assert!(!contact.is_on());
-        assert!(run(&mut contact, 12, 12, false, true));
+    fn one_low_line_is_off_at_once_and_tolerated_for_the_discrepancy_time() {
+        // LNZ-IN-09, LNZ-IN-14, LNZ-EX-34
+        for (own, other) in [(false, true), (true, false)] {
+            let mut contact = settled(true);
+            assert!(!run(&mut contact, 1, 1, own, other));
+            assert!(!contact.is_on(), "with the first of either line");
+            assert!(!run(&mut contact, 2, 11, own, other));
+            assert!(run(&mut contact, 12, 12, own, other));
+        }
     }
 
     #[test]

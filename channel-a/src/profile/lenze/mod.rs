@@ -4,6 +4,8 @@
 mod build;
 pub mod codes;
 mod contacts;
+mod overspeed;
+mod pairs;
 mod pulse;
 mod rules;
 
@@ -15,8 +17,9 @@ use crate::engine::watches::Watches;
 use crate::engine::{Range, Sample};
 use crate::errors::{Class, Errors};
 use crate::image::Image;
-use crate::inputs::Newest;
 use contacts::Contact;
+use overspeed::Overspeed;
+use pairs::{Pairs, Role};
 use pulse::Pulse;
 use shm_schema::drive::DriveRequest;
 use shm_schema::error::ErrorCode;
@@ -42,7 +45,13 @@ const NEUTRAL: u32 = 0x0180_01FF;
 /// What needs an encoder (LNZ-SPD-09), as control bits.
 const NEEDS_ENCODER: u32 = 0x0000_01FC;
 const SLI_REQUEST: u8 = 10;
+/// The valuations in the reported inputs.
+const VALUATIONS: u32 = (1 << PAIRS) - 1;
 const SLS: [u8; 4] = [control::SLS1, control::SLS2, control::SLS3, control::SLS4];
+/// Codes of the limits that C15350 knows: SLS1 to SLS4 from here on, and SMS.
+const SLS_CODE: u16 = 98;
+const SMS_CODE: u16 = 105;
+const OVERSPEEDS: usize = (SMS_CODE - SLS_CODE) as usize + 1;
 const STILL_FAST: u32 = 102;
 /// LNZ-SPD-10
 const NO_ENCODER: u32 = 107;
@@ -50,30 +59,23 @@ const NO_ENCODER: u32 = 107;
 const CASCADE_LATE: u32 = 108;
 const CASCADE_HARDWARE: u32 = 109;
 
-/// The role of a safe input (C15031, C15032).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Role {
-    Deactivated,
-    /// Bits of the control word that OFF requests.
-    Request(u32),
-    Mode,
-    Enable,
-    Cascade,
-}
-
-/// A safe input: what it is for, and its two lines.
+/// What may change the operation mode, from the bus, and whether the enable switch may.
 #[derive(Debug, Clone, Copy)]
-struct Pair {
-    role: Role,
-    contact: Contact,
+struct Switches {
+    mode_bus: bool,
+    enable_bus: Option<bool>,
+    kept: bool,
 }
 
 /// Operation mode (LNZ-OMS-04 to LNZ-OMS-07).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
+    /// State 1, and the stops of normal operation.
     Normal,
-    /// Special operation; confirmed by the enable switch.
-    Special(bool),
+    /// State 2: special operation, stopped until the enable switch confirms.
+    Waiting,
+    /// State 3: special operation, confirmed.
+    Confirmed,
 }
 
 /// Where a cascade is (LNZ-CAS-04 to LNZ-CAS-06).
@@ -91,26 +93,21 @@ enum Cascade {
 pub struct Lenze {
     filter: u32,
     bus: bool,
-    pairs: [Pair; PAIRS],
-    /// The pairs of the operation mode selector and of the enable switch.
-    selector: Option<usize>,
-    enable: Option<usize>,
-    samples: Option<u64>,
-    initialised: bool,
+    pairs: Pairs,
     mode: Mode,
     special_when_low: bool,
-    special_stop: i64,
+    special_stop: Reaction,
     motion: u32,
     permanent: u32,
     with_sls: [u32; 4],
     /// Requests of the SLS with a direction (C15333).
     directed_sls: u32,
     limited_increment: bool,
-    emergency_ss1: bool,
+    emergency_stop: Reaction,
     emergency: bool,
     emergency_asked: bool,
     cascade: Option<Cascade>,
-    response_ns: u64,
+    overspeed: Overspeed,
     encoderless: bool,
     enable_armed: bool,
     ais_armed: bool,
@@ -124,8 +121,6 @@ pub struct Lenze {
     output_and: bool,
     resolver: bool,
     window: Range,
-    /// Speed of the step before, 1/1000 rpm.
-    speed: i64,
 }
 
 fn code(image: &Image, number: u32, subcode: u32) -> i64 {
@@ -152,13 +147,18 @@ impl Lenze {
         let enable_bus = bit(control::ES);
         let acknowledged =
             self.acknowledgements(outside, bit(control::PS_AIS), bit(control::PS_AIE), &mut requests);
-        requests.inputs |= self.inputs(outside, acknowledged, errors);
-        asked |= self.asked_by_inputs();
+        // DEC-15: a violation is acknowledged once its reaction has reached its end state.
+        if acknowledged & stops.is_settled() {
+            self.overspeed.end();
+        }
+        requests.inputs |= self.pairs.take(outside, acknowledged, errors);
+        asked |= self.pairs.asked();
         // What bus or inputs ask for; what a parameter, another function or special operation adds
         // or holds back is no request.
         requests.requested = Word::from_u32(asked);
         self.output_off = passed & (1 << control::SD_OUT1) == 0;
-        let asked = self.operate(asked, mode_bus, enable_bus, watches, &mut requests);
+        let switches = Switches { mode_bus, enable_bus, kept: self.keeps_limit(outside, watches, stops) };
+        let asked = self.operate(asked, switches, &mut requests);
         self.demand(asked, outside, stops, &mut requests, errors);
         requests
     }
@@ -186,99 +186,47 @@ impl Lenze {
         requests.acknowledge
     }
 
-    /// The valuations.
-    fn inputs(&mut self, outside: &Outside, acknowledged: bool, errors: &mut Errors) -> u32 {
-        let Some(io) = outside.io else {
-            self.samples = None;
-            self.pairs.iter_mut().for_each(|pair| pair.contact.settle(false, false));
-            return 0;
-        };
-        let new = self.samples.map_or(0, |before| io.samples.wrapping_sub(before));
-        self.samples = Some(io.samples);
-        let lines = io.line_1.iter().zip(&io.line_2);
-        let newest = Newest::new(new);
-        let mut valued = 0;
-        for (pair, (Pair { role, contact }, (own, other))) in (0_u32..).zip(self.pairs.iter_mut().zip(lines))
-        {
-            let deactivated = matches!(role, Role::Deactivated);
-            if self.initialised & deactivated {
-                continue;
-            }
-            if outside.settle {
-                contact.settle(own & 1 == 1, other & 1 == 1);
-            }
-            if acknowledged {
-                contact.acknowledge();
-            }
-            let faulty = contact.take((*own, *other), newest, outside.now_ns);
-            if deactivated {
-                // LNZ-IN-03: only during initialisation.
-                let live = contact.has_signal() & !outside.settle;
-                if live {
-                    errors.raise(ErrorCode::single(57 + pair), Class::Cause);
-                }
-                continue;
-            }
-            valued |= u32::from(contact.is_on()).wrapping_shl(pair);
-            if !faulty {
-                continue;
-            }
-            // LNZ-CAS-13: at the cascade input the discrepancy is an STO of its own.
-            let (number, class) = match role {
-                Role::Cascade => (CASCADE_HARDWARE, Class::Cause),
-                _ => (49 + pair, Class::Flaw),
-            };
-            errors.raise(ErrorCode::single(number), class);
+    /// LNZ-OMS-22: the limited speed has to be monitored and kept, as the status says it. In STO
+    /// nothing is monitored (DEC-14): there the limit itself is asked.
+    fn keeps_limit(&self, outside: &Outside, watches: &Watches, stops: &Stops) -> bool {
+        let waits = self.mode == Mode::Waiting;
+        if !waits | (self.motion == 0) {
+            return waits;
         }
-        self.initialised |= outside.operational | outside.settle;
-        valued
-    }
-
-    fn asked_by_inputs(&self) -> u32 {
-        self.pairs.iter().fold(0, |asked, pair| match pair.role {
-            Role::Request(bits) if !pair.contact.is_on() => asked | bits,
-            _ => asked,
-        })
-    }
-
-    fn contact(&self, input: Option<usize>) -> Option<&Contact> {
-        input.and_then(|pair| self.pairs.get(pair)).map(|pair| &pair.contact)
+        let limits = |watch: &&Watch| {
+            watch.plan.request.is_some_and(|bit| self.motion == 1_u32.wrapping_shl(u32::from(bit)))
+        };
+        let in_sto = stops.is_sto();
+        let keeps = |watch: &Watch| {
+            let inside = watch.plan.window.has(outside.speed);
+            if in_sto { inside } else { is_monitored(watch, outside.speed) }
+        };
+        watches.iter().filter(limits).any(keeps)
     }
 
     /// Mode and enable switch; what is asked for in the mode (LNZ-OMS, LNZ-ES).
-    fn operate(
-        &mut self,
-        asked: u32,
-        mode_bus: bool,
-        enable_bus: Option<bool>,
-        watches: &Watches,
-        requests: &mut Requests,
-    ) -> u32 {
-        let special = match self.contact(self.selector) {
-            // LNZ-OMS-16: a faulty selector means normal operation.
-            Some(contact) if self.special_when_low => !contact.is_on() & !contact.level(),
+    fn operate(&mut self, asked: u32, switches: Switches, requests: &mut Requests) -> u32 {
+        let Switches { mode_bus, enable_bus, kept } = switches;
+        let special = match self.pairs.with(Role::Mode) {
+            // LNZ-OMS-16: a faulty selector means normal operation, whatever level selects.
+            Some(contact) if self.special_when_low => !(contact.is_on() | contact.is_faulty()),
             Some(contact) => contact.is_on(),
             None => mode_bus,
         };
-        let enable = match self.contact(self.enable) {
+        let enable = match self.pairs.with(Role::Enable) {
             Some(contact) => Some(contact.is_on()),
             None => enable_bus,
         };
         self.special_requested = special;
         let confirmed = edge(&mut self.enable_armed, enable);
-        // LNZ-OMS-22: the limited speed has to be monitored and kept, as the status says it.
-        let limited = |watch: &Watch| {
-            let wanted =
-                watch.plan.request.is_some_and(|bit| self.motion == 1_u32.wrapping_shl(u32::from(bit)));
-            wanted & is_monitored(watch, self.speed)
-        };
-        let kept = self.motion == 0 || watches.iter().any(limited);
-        let left = matches!(self.mode, Mode::Special(false)) & !special;
+        // LNZ-OMS-08: the emergency stop is a state of its own, an edge in it confirms nothing.
+        let accepted = confirmed & kept & (asked & (1 << control::SSE) == 0);
+        let left = (self.mode == Mode::Waiting) & !special;
         self.mode = match self.mode {
-            Mode::Normal if special => Mode::Special(false),
-            Mode::Special(false) if !special => Mode::Normal,
-            Mode::Special(false) if confirmed & kept => Mode::Special(true),
-            Mode::Special(true) if enable != Some(true) => Mode::Special(false),
+            Mode::Normal if special => Mode::Waiting,
+            Mode::Waiting if !special => Mode::Normal,
+            Mode::Waiting if accepted => Mode::Confirmed,
+            Mode::Confirmed if enable != Some(true) => Mode::Waiting,
             mode => mode,
         };
         requests.restart_once = left;
@@ -311,19 +259,21 @@ impl Lenze {
         let idle = stops.is_idle();
         self.emergency_asked = emergency;
         self.emergency = emergency | (self.emergency & !idle);
-        let waiting = self.mode == Mode::Special(false);
-        let special_stop = self.special_stop;
-        let special = |stop: i64| waiting & (special_stop == stop);
-        let cascade = self.cascade_demand(outside, stops, requests.demand.restart, errors);
+        let (cascade_trips, restart) = self.cascade_demand(outside, stops, requests.demand.restart, errors);
         requests.demand = Demand {
-            sto: bit(control::STO) | special(0) | (emergency & !self.emergency_ss1) | cascade.0,
-            stops: Places::when(bit(control::SS1) | special(1) | (emergency & self.emergency_ss1), SS1)
-                .with(Places::when(bit(control::SS2) | special(2), SS2)),
-            restart: cascade.1,
+            sto: bit(control::STO) | cascade_trips,
+            stops: Places::when(bit(control::SS1), SS1).with(Places::when(bit(control::SS2), SS2)),
+            restart,
             ..Demand::default()
         };
+        if emergency {
+            requests.demand.ask(self.emergency_stop);
+        }
+        if self.mode == Mode::Waiting {
+            requests.demand.ask(self.special_stop);
+        }
         // LNZ-OMS-14: the enable switch ends the stop of special operation at once.
-        let confirmed = self.mode == Mode::Special(true);
+        let confirmed = self.mode == Mode::Confirmed;
         let ended = stops.is_settled() & !stops.is_sto();
         let may_release = self.cascade.is_none() | ended;
         requests.demand.release = confirmed & !self.emergency & may_release & !idle;
@@ -347,7 +297,7 @@ impl Lenze {
         errors: &mut Errors,
     ) -> (bool, bool) {
         let Some(cascade) = self.cascade else { return (false, restart) };
-        let on = self.pairs[3].contact.is_on();
+        let on = self.pairs.with(Role::Cascade).is_some_and(Contact::is_on);
         let now_ns = outside.now_ns;
         let next = match cascade {
             Cascade::Closed if stops.is_sto() | !on => Cascade::Tripped(!on),
@@ -374,18 +324,14 @@ impl Lenze {
     }
 
     /// SLS and SMS: back inside when C15350 has elapsed since the violation was detected, or STO
-    /// with 102 (LNZ-SMS-06, LNZ-EX-27). Being inside in between does not end the time.
+    /// with 102 (LNZ-SMS-06, LNZ-EX-27).
     pub fn respond(&mut self, scene: &Scene) -> Response {
-        self.speed = scene.sample.speed;
-        let Scene { watches, sample, monitored, .. } = *scene;
-        let is_late = |watch: &Watch| {
-            let since_ns = watch.violated_since_ns().filter(|_| stops_by_itself(watch));
-            let fast = watch.plan.window.left_by(sample.speed).is_some();
-            let elapsed =
-                since_ns.is_some_and(|since| sample.now_ns.saturating_sub(since) >= self.response_ns);
-            fast & elapsed
-        };
-        if monitored && watches.violated().any(is_late) {
+        if !scene.monitored {
+            self.overspeed.end();
+            return Response::NOTHING;
+        }
+        self.overspeed.begin(scene.watches.violated());
+        if self.overspeed.is_late(scene.sample) {
             let error = Some((ErrorCode::single(STILL_FAST), Class::Limit));
             return Response { error, reaction: Reaction::Sto };
         }
@@ -415,15 +361,12 @@ impl Lenze {
         let special = self.mode != Mode::Normal;
         set(status::OMS, self.special_requested);
         set(status::OMS_ACTIVE, special);
-        set(status::ES_ACTIVE, self.mode == Mode::Special(true));
+        set(status::ES_ACTIVE, self.mode == Mode::Confirmed);
         // LNZ-SSE-04: the request; its end shows as STO or SS1.
         set(status::SSE_ACTIVE, self.emergency_asked);
         set(status::ERROR_ACTIVE, state.error);
-        for (pair, bit) in
-            [status::SD_IN1, status::SD_IN2, status::SD_IN3, status::SD_IN4].into_iter().enumerate()
-        {
-            set(bit, state.requests.inputs.wrapping_shr(pair as u32) & 1 == 1);
-        }
+        // SD-In1 to SD-In4 stand side by side.
+        word |= (state.requests.inputs & VALUATIONS) << status::SD_IN1;
         if state.sto {
             return Word::from_u32(word);
         }
@@ -477,12 +420,6 @@ impl Lenze {
         }
         selected & if self.output_and { all } else { any }
     }
-}
-
-/// SLS or SMS with SS1 or SS2; with STO the motor is coasting already (LNZ-SMS-07).
-fn stops_by_itself(watch: &Watch) -> bool {
-    let speed = watch.plan.quantity == Quantity::Speed;
-    speed & matches!(watch.plan.reaction, Reaction::Stop(_))
 }
 
 /// LNZ-SLS-02: a limited speed from V1.3 on as soon as the speed is below the limit.

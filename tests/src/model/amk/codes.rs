@@ -1,7 +1,7 @@
 //! From what was found to the numbers of the diagnosis (AMKD-NUM-03 to 05, DEC-44, DEC-45).
 
 use crate::model::Which;
-use crate::model::approach::Side;
+use crate::model::approach::{Approach, Side};
 
 use super::parameters::Reaction;
 
@@ -24,9 +24,12 @@ pub enum Finding {
 }
 
 impl Finding {
-    /// A deviation from the ramp.
-    pub fn ramp(side: Side, speed: i64) -> Self {
-        if speed.abs() > FASTEST { Self::TooFast } else { Self::Ramp(side) }
+    /// A deviation from the ramp, or a speed that no ramp permits.
+    pub fn on_ramp(approach: &Approach, now: i64, speed: i64) -> Option<Self> {
+        if speed.abs() > FASTEST {
+            return Some(Self::TooFast);
+        }
+        approach.ramp_side(now, speed).map(Self::Ramp)
     }
 
     /// Outside the window at the end of the ramp.

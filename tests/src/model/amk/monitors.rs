@@ -179,7 +179,7 @@ impl Monitor {
         if let Some(approach) = &running.approach {
             match approach.phase(now) {
                 Phase::Delay => return None,
-                Phase::Ramp => return approach.ramp_side(now, speed).map(|side| Finding::ramp(side, speed)),
+                Phase::Ramp => return Finding::on_ramp(approach, now, speed),
                 // DEC-05: outside at the moment the line meets the window.
                 Phase::Target if !running.in_target => {
                     running.in_target = speed_side.is_none();

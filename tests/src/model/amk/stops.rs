@@ -143,7 +143,7 @@ fn supervise_ramp(approach: &Approach, now: i64, speed: i64) -> (Phase, Option<F
     let phase = approach.phase(now);
     let finding = match phase {
         Phase::Delay => None,
-        Phase::Ramp => approach.ramp_side(now, speed).map(|side| Finding::ramp(side, speed)),
+        Phase::Ramp => Finding::on_ramp(approach, now, speed),
         Phase::Target => approach.target.side(speed).map(|side| Finding::end_of_ramp(side, speed)),
     };
     (phase, finding)

@@ -360,3 +360,15 @@ fn the_higher_stop_wins_and_monitors_rest_in_sto() {
     assert!(!played.bit(20, status::SS2_ACTIVE) && played.bit(30, status::STO));
     assert!(!played.bit(30, status::SMS) && !played.bit(60, status::ERROR));
 }
+
+/// AMKP-RAMP-04: whatever the line permits.
+#[test]
+fn every_ramp_refuses_more_than_60_000_rpm() {
+    let set = [(67, 60_000), (18, 10), (20, 65_535)];
+    for (speed, too_fast) in [(60_000.0, None), (-60_000.001, Some(30))] {
+        let slow = script_with(&set).speed(&[(0, 100.0), (19, 100.0), (20, speed)]);
+        let played = slow.bit(20, control::SS1, false).run(30);
+        let found = played.first_where(|view| view.errors.contains(&[3606, 101, 0, 1]));
+        assert_eq!(found, too_fast);
+    }
+}

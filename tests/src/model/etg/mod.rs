@@ -202,13 +202,24 @@ impl Etg {
         self.standing.retain(|standing| !finished(standing));
     }
 
+    /// What waits to be left, and whether that asks for an acknowledge (ETG-RST-01, ETG-RST-02).
+    fn waiting(&self, requests: &Requests) -> Vec<(Instance, bool)> {
+        let object = |function| match function {
+            etg::SS2 => etg::ss2::RESTART_ACKNOWLEDGE_BEHAVIOR,
+            _ => etg::sto::RESTART_ACKNOWLEDGE_BEHAVIOR,
+        };
+        let asks = |one: Instance| self.parameters.needs_restart_acknowledge(one, object(one.0));
+        let waiting = self.stop.waiting(requests, !self.standing.is_empty());
+        waiting.into_iter().map(|one| (one, asks(one))).collect()
+    }
+
     /// ETG-SEQ-15: the edge counts only while the request for it is shown.
     fn leave(&mut self, requests: &Requests, restart_edge: bool) {
-        let waits = self.stop.waits_to_be_left(requests, !self.standing.is_empty());
-        let needs_edge = self.stop.needs_restart_acknowledge(&self.parameters);
         let acknowledged = restart_edge && self.restart_request;
-        if waits && (!needs_edge || acknowledged) {
-            self.stop = Stop::None;
+        for (instance, needs_edge) in self.waiting(requests) {
+            if !needs_edge || acknowledged {
+                self.stop.leave(instance);
+            }
         }
     }
 
@@ -293,11 +304,7 @@ impl Etg {
                 supported && !closed && word.bit(control::SBC_1)
             }
             etg::SOS if self.stop.stands_in_sos(instance.1) => true,
-            _ => self.monitors.iter().any(|monitor| {
-                let hides = |one: &Standing| one.instance == instance && one.reaction != Reaction::None;
-                let stands = self.standing.iter().any(hides);
-                monitor.instance == instance && monitor.is_active() && !stands
-            }),
+            _ => self.monitors.iter().any(|monitor| monitor.instance == instance && monitor.is_active()),
         }
     }
 
@@ -319,8 +326,7 @@ impl Etg {
 
     /// ETG-RST-03: shown while nothing but the acknowledge is missing.
     fn update_restart_request(&mut self, requests: &Requests) {
-        let waits = self.stop.waits_to_be_left(requests, !self.standing.is_empty());
-        self.restart_request = waits && self.stop.needs_restart_acknowledge(&self.parameters);
+        self.restart_request = self.waiting(requests).iter().any(|(_, needs_edge)| *needs_edge);
     }
 }
 

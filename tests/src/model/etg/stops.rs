@@ -155,31 +155,37 @@ impl Stop {
         }
     }
 
-    /// Whether the stop has reached its end state and nothing requests it any more (DEC-12).
-    pub fn waits_to_be_left(&self, requests: &Requests, error_stands: bool) -> bool {
-        let unrequested = match self {
+    /// What has reached its end state and nothing requests any more (DEC-12): STO as a whole,
+    /// of SS2 each instance by itself (ETG-GEN-12).
+    pub fn waiting(&self, requests: &Requests, error_stands: bool) -> Vec<Instance> {
+        if error_stands {
+            return Vec::new();
+        }
+        match self {
             // DEC-11: an SS1 that has ended here stands while its request stands; DEC-13:
             // one that STO came before is remembered, and begins when STO is left.
-            Self::Sto(ended) => !requests.sto && ended.iter().all(|one| !requests.ss1.contains(one)),
-            Self::Ss2(runs) => {
-                self.state() == StopState::Sos && runs.keys().all(|one| !requests.ss2.contains(one))
+            Self::Sto(ended) if !requests.sto && ended.iter().all(|one| !requests.ss1.contains(one)) => {
+                vec![(etg::STO, 1)]
             }
-            _ => false,
-        };
-        unrequested && !error_stands
+            Self::Ss2(runs) => {
+                let ended = runs.iter().filter(|(_, run)| !matches!(run, Ss2::Braking(_)));
+                let unrequested = ended.filter(|(instance, _)| !requests.ss2.contains(instance));
+                unrequested.map(|(instance, _)| (etg::SS2, *instance)).collect()
+            }
+            _ => Vec::new(),
+        }
     }
 
-    /// Whether leaving asks for a restart acknowledge (ETG-RST-01, ETG-RST-02).
-    pub fn needs_restart_acknowledge(&self, parameters: &Parameters) -> bool {
+    /// Leaves what [`Self::waiting`] named.
+    pub fn leave(&mut self, (function, instance): Instance) {
         match self {
-            Self::Sto(_) => {
-                parameters.needs_restart_acknowledge((etg::STO, 1), etg::sto::RESTART_ACKNOWLEDGE_BEHAVIOR)
+            Self::Ss2(runs) if function == etg::SS2 => {
+                runs.remove(&instance);
+                if runs.is_empty() {
+                    *self = Self::None;
+                }
             }
-            Self::Ss2(runs) => runs.keys().any(|instance| {
-                let object = etg::ss2::RESTART_ACKNOWLEDGE_BEHAVIOR;
-                parameters.needs_restart_acknowledge((etg::SS2, *instance), object)
-            }),
-            _ => false,
+            _ => *self = Self::None,
         }
     }
 

@@ -160,6 +160,10 @@ impl Pair {
         if side.edges.rise(side.channel.acknowledge_levels(input)) {
             side.comparison.acknowledge(&self.rules, self.cycle);
         }
+        if self.before.is_none() {
+            // Settled start: the partner of the first step counts as permitting, whatever it is.
+            return side.step(input, self.agreement, self.rules.error_bit);
+        }
         if !side.comparison.may_last(&self.rules, self.cycle) {
             let own = side.step(input, self.agreement, self.rules.error_bit);
             side.comparison.compare(&self.rules, self.cycle, a, &own);
