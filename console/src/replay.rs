@@ -47,7 +47,7 @@ fn replay(args: &Args) -> Result<(), String> {
         let sim::trace::TraceError { line, message } = error;
         format!("{}:{line}: {message}", args.trace.display())
     })?;
-    let options = ReplayOptions { encoder: args.encoder, cold: args.cold };
+    let options = ReplayOptions { encoder: args.encoder, cold: args.cold, outputs: false };
     let mut out = BufWriter::new(target(args.out.as_deref())?);
     let done = replay_to(&machine, &trace, options, &mut out);
     let flushed = out.flush();

@@ -8,6 +8,7 @@
 //! - [`trace`]: written or recorded traces, read without rounding
 #![forbid(unsafe_code)]
 
+pub mod acceptance;
 pub mod control;
 pub mod host;
 pub mod machine;

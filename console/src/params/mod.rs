@@ -6,8 +6,11 @@
 
 mod edit;
 mod judge;
+mod prompt;
 mod report;
+mod running;
 mod sealing;
+pub mod start;
 
 use std::{fs, path::Path, process::ExitCode};
 

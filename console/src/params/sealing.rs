@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, BufRead as _, Write as _},
+    io,
     path::{Path, PathBuf},
 };
 
@@ -10,7 +10,7 @@ use crosscheck::logbook::{Book, Entry, Size};
 use params::seal::{self, Installation, Prepared, SealError, replacement};
 use serde_json::json;
 
-use super::{Failure, Outcome, print, read, write};
+use super::{Failure, Outcome, print, prompt, read, running, write};
 use crate::run::RunFolder;
 
 /// Where a set and its installation are.
@@ -32,35 +32,53 @@ struct Place {
 
 impl Place {
     /// Every intervention stands in the logbook. Only with the lock in hand: nobody else writes.
-    fn record(&self, text: &str) -> Outcome {
+    /// The logbook of a running set is that set's; its next start records the signatures.
+    fn record(&self, held: &Held, text: &str) -> Outcome {
         let Some(path) = &self.logbook else { return Ok(()) };
+        if matches!(held, Held::RunningInSto) {
+            eprintln!("{}: belongs to the running set; not recorded: {text}", path.display());
+            return Ok(());
+        }
         let mut book = Book::open(path, Size::default()).map_err(|error| logbook(path, &error))?;
         book.append(&Entry::Intervention(text.into())).map_err(|error| logbook(path, &error))
     }
 
-    /// Loading only in STO (AMK-PMT-11, AMK-PMT-12, AMKD-P1-02): a stopped set is in STO, a
-    /// running one is asked to stop first. Whoever holds the result keeps a start waiting.
-    fn in_sto(&self) -> Result<Option<File>, Failure> {
-        let images = RunFolder::new(self.run_dir.clone()).images();
-        let lock = images.with_file_name("lock");
+    /// Loading only in STO (AMK-PMT-11, AMK-PMT-12, AMKD-P1-02). A stopped set is in STO, and the
+    /// lock keeps a start waiting. A running one has to be in STO with every axis; it goes on with
+    /// its own copies of the set it started with, so that it cannot be changed under torque.
+    fn in_sto(&self) -> Result<Held, Failure> {
+        let folder = RunFolder::new(self.run_dir.clone());
+        let lock = folder.images().with_file_name("lock");
         let file = match File::open(&lock) {
             // Nothing ever ran there.
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Held::Nothing),
             other => other.map_err(|error| {
                 Failure::line(format!("{}: {error}; expected the lock of the run folder", lock.display()))
             })?,
         };
-        match file.try_lock() {
-            Ok(()) => Ok(Some(file)),
-            Err(_) => {
-                eprintln!(
-                    "3610/40/0/15: a set is running in {}; stop it first: a set is transferred in STO only",
-                    lock.with_file_name("").display()
-                );
-                Err(Failure::Short)
-            }
+        if file.try_lock().is_ok() {
+            return Ok(Held::Stopped(file));
         }
+        if let Err(line) = running::in_sto(&folder) {
+            eprintln!(
+                "{}: the set running in {} is not in STO ({line}); request STO or stop it first: a set is transferred in STO only",
+                running::REFUSED,
+                lock.with_file_name("").display()
+            );
+            return Err(Failure::Short);
+        }
+        Ok(Held::RunningInSto)
     }
+}
+
+/// What was found where a set may run.
+enum Held {
+    /// Nothing ever ran there.
+    Nothing,
+    /// A stopped set, whose start waits for this lock.
+    Stopped(#[allow(dead_code, reason = "held, not read")] File),
+    /// A running set, every axis of it in STO.
+    RunningInSto,
 }
 
 /// Options of `password`.
@@ -180,16 +198,18 @@ fn installation(path: &Path) -> Result<Installation, Failure> {
 fn secret(file: Option<&PathBuf>, question: &str) -> Result<String, Failure> {
     match file {
         Some(path) => Ok(read(path)?.lines().next().unwrap_or_default().into()),
-        None => asked(question),
+        None => prompt::secret(question).map_err(Failure::line),
     }
 }
 
-fn asked(question: &str) -> Result<String, Failure> {
-    eprint!("{question}: ");
-    let mut line = String::new();
-    let read = io::stderr().flush().and_then(|()| io::stdin().lock().read_line(&mut line));
-    read.map_err(|error| Failure::line(format!("standard input: {error}; expected an answer")))?;
-    Ok(line.trim_end_matches(['\r', '\n']).into())
+/// A new secret; on a terminal, where nobody sees what is typed, it is repeated (AMK-PMT-15).
+fn new_secret(file: Option<&PathBuf>) -> Result<String, Failure> {
+    let new = secret(file, "new password")?;
+    let seen = file.is_some() || !prompt::is_terminal();
+    if seen || secret(None, "new password again")? == new {
+        return Ok(new);
+    }
+    Err(Failure::line("the new password and its repetition differ; expected the same twice"))
 }
 
 pub fn password(args: &Password, json: bool) -> Outcome {
@@ -202,7 +222,7 @@ pub fn password(args: &Password, json: bool) -> Outcome {
     } else {
         String::new()
     };
-    let new = secret(args.new_password_file.as_ref(), "new password")?;
+    let new = new_secret(args.new_password_file.as_ref())?;
     installation.set_password(&old, &new).map_err(failure)?;
     installation.write(&args.installation).map_err(failure)?;
     let file = args.installation.display().to_string();
@@ -219,13 +239,16 @@ fn prepared(file: &Path, place: &Place) -> Result<(Prepared, Installation), Fail
 
 pub fn load(args: &Load, json: bool) -> Outcome {
     let (prepared, _) = prepared(&args.file, &args.place)?;
-    let _held = args.place.in_sto()?;
+    let held = args.place.in_sto()?;
     seal::load(&prepared, &args.place.folder).map_err(failure)?;
-    args.place.record(&format!(
-        "set loaded, not validated: content {}, device {}",
-        prepared.content_signature(),
-        prepared.device_signature()
-    ))?;
+    args.place.record(
+        &held,
+        &format!(
+            "set loaded, not validated: content {}, device {}",
+            prepared.content_signature(),
+            prepared.device_signature()
+        ),
+    )?;
     print(json, &transferred(&prepared, args.place.folder.as_path()), || {
         format!("{}\ncontent signature {}\n", seal::State::Loaded.text(), prepared.content_signature())
     });
@@ -234,7 +257,7 @@ pub fn load(args: &Load, json: bool) -> Outcome {
 
 pub fn seal(args: &Seal, json: bool) -> Outcome {
     let (prepared, installation) = prepared(&args.file, &args.place)?;
-    let _held = args.place.in_sto()?;
+    let held = args.place.in_sto()?;
     let password = secret(args.password_file.as_ref(), "password")?;
     let typed = match &args.signature {
         Some(typed) => typed.clone(),
@@ -243,20 +266,23 @@ pub fn seal(args: &Seal, json: bool) -> Outcome {
                 "content signature {}: compare it with the values you checked",
                 prepared.content_signature()
             );
-            asked("type it back")?
+            prompt::line("type it back").map_err(Failure::line)?
         }
     };
     let sealed = seal::seal(&prepared, &installation, &password, &typed, &args.place.folder);
     if let Err(error) = sealed {
         // Best effort: the refusal itself is what the caller has to hear.
-        let _ = args.place.record(&format!("sealing refused: {error}"));
+        let _ = args.place.record(&held, &format!("sealing refused: {error}"));
         return Err(failure(error));
     }
-    args.place.record(&format!(
-        "set sealed: content {}, device {}",
-        prepared.content_signature(),
-        prepared.device_signature()
-    ))?;
+    args.place.record(
+        &held,
+        &format!(
+            "set sealed: content {}, device {}",
+            prepared.content_signature(),
+            prepared.device_signature()
+        ),
+    )?;
     print(json, &transferred(&prepared, &args.place.folder), || {
         format!(
             "{}\ncontent signature {}, device signature {}\n{}start it with: safepair run --sealed {}\n",
@@ -302,10 +328,19 @@ pub fn verify(args: &Verify, json: bool) -> Outcome {
         return verify_image(image, file, serial, json);
     }
     let installation = installation(&args.place.installation)?;
+    if seal::state(&args.place.folder) == seal::State::Empty {
+        return Err(Failure::line(format!(
+            "{}: 3609/128/6/55: no set is there; expected one that params seal wrote",
+            args.place.folder.display()
+        )));
+    }
     let items = seal::verify(&args.place.folder, &installation).map_err(failure)?;
     let state = seal::state(&args.place.folder);
-    let value = json!({ "state": state, "text": state.text(), "items": &items });
-    report_items(&items, value, &format!("{}\n", state.text()), json)
+    let interrupted = seal::is_interrupted(&args.place.folder);
+    let value = json!({ "state": state, "text": state.text(), "interrupted": interrupted, "items": &items });
+    let note =
+        if interrupted { "3609/6/0/57: a later transfer did not end; transfer it again\n" } else { "" };
+    report_items(&items, value, &format!("{}\n{note}", state.text()), json)
 }
 
 /// The file of the sealed set, and what the documents ask for with another device.

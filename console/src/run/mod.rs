@@ -186,15 +186,10 @@ pub fn images_of(machine: &params::Machine) -> Vec<Images> {
 /// The images of a sealed set.
 ///
 /// # Errors
-/// One line: there is no validated set, or an image is missing.
+/// One line: there is no set that is sealed to this installation, or an image is missing.
 fn sealed_images(folder: &Path) -> Result<Vec<Images>, String> {
     let at = |error: &dyn std::fmt::Display| format!("{}: {error}", folder.display());
-    let erased = params::seal::restart(folder).map_err(|error| at(&error))?;
-    if erased {
-        return Err(at(
-            &"expected a sealed set; none is there, or it was loaded without validation and is erased now",
-        ));
-    }
+    crate::params::start::verified(folder)?;
     let current = folder.join("current");
     let image =
         |axis: u8, channel: &str| std::fs::read(current.join(format!("axis-{axis:02}.{channel}.img")));

@@ -43,7 +43,9 @@ impl RunFolder {
     /// The folder named, or the usual one: `/run/safepair` for root, else below the
     /// user's runtime folder.
     pub fn new(named: Option<PathBuf>) -> Self {
-        Self(named.unwrap_or_else(usual))
+        let folder = named.unwrap_or_else(usual);
+        // The prefix depends on the text: however it is written, it is one folder.
+        Self(std::path::absolute(&folder).unwrap_or(folder))
     }
 
     /// Folder of the safety images of the running set.

@@ -81,12 +81,18 @@ impl Acceptance {
             let run =
                 "on the simulated axis, in virtual time, with the real cores of both channels and crosscheck";
             if short == 0 {
-                format!("Acceptance run {run}: all {} steps passed.", done.len())
+                format!("Acceptance run {run}: all {} steps passed.{}", done.len(), self.open())
             } else {
-                format!("Acceptance run {run}: {short} of {} steps FELL SHORT.", done.len())
+                format!("Acceptance run {run}: {short} of {} steps FELL SHORT.{}", done.len(), self.open())
             }
         };
         blocks.push(Block::Text(text));
+    }
+
+    /// What the run did not prove, in one sentence; empty: nothing.
+    fn open(&self) -> String {
+        let names: Vec<_> = self.unproven.iter().map(|open| open.function.as_str()).collect();
+        if names.is_empty() { String::new() } else { format!(" NOT PROVEN: {}.", names.join(", ")) }
     }
 
     fn findings(&self, blocks: &mut Vec<Block>) {
@@ -130,6 +136,9 @@ impl Acceptance {
                     &verdict,
                 ]);
             }
+        }
+        for open in &self.unproven {
+            table.row([&open.function, "no step", open.reason, "", "", "NOT PROVEN"]);
         }
         blocks.push(Block::Table(table));
     }

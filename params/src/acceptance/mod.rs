@@ -5,6 +5,7 @@
 //! What the acceptance run measured stands beside what was expected; the rest is filled in
 //! and signed by hand, and stays with the machine.
 
+pub mod active;
 mod blocks;
 pub mod document;
 pub mod limits;
@@ -22,6 +23,7 @@ use crate::{
     set::AxisSet,
     view::{self, Row},
 };
+pub use active::Unproven;
 pub use document::Block;
 pub use proof::Proof;
 use trial::{Measured, Trial};
@@ -67,6 +69,8 @@ pub struct Acceptance {
     pub proofs: Vec<Proof>,
     /// Steps of the acceptance run, with what was measured if it was run.
     pub steps: Vec<Outcome>,
+    /// Active functions without a step.
+    pub unproven: Vec<Unproven>,
     /// What the functions permit over time.
     pub limits: Vec<limits::Envelope>,
     /// Response times, each a sum.
@@ -89,6 +93,7 @@ pub fn acceptance(axis: &AxisSet, file: &str, around: &Surroundings, steps: Vec<
         values,
         findings: check::check_set(axis),
         proofs: proof::proofs(axis),
+        unproven: active::unproven(axis, steps.iter().map(|step| &step.trial)),
         steps,
         limits: limits::envelopes(axis),
         responses: response::chains(axis, around),

@@ -54,6 +54,13 @@ pub enum SealError {
     },
     /// Reading or writing failed.
     Io(io::Error),
+    /// Writing the set failed (AMKD-XFR-05).
+    Transfer {
+        /// 3609/5, or 3609/133 where no set is in force.
+        code: &'static str,
+        /// Why.
+        error: io::Error,
+    },
 }
 
 impl fmt::Display for SealError {
@@ -67,6 +74,9 @@ impl fmt::Display for SealError {
                 write!(f, "\"{typed}\" was typed back, the content signature is {signature}")
             }
             Self::Io(error) => error.fmt(f),
+            Self::Transfer { code, error } => {
+                write!(f, "{code}: writing the set failed: {error}; transfer it again")
+            }
         }
     }
 }
@@ -139,7 +149,18 @@ pub fn prepare(text: &str, file: &str, installation: &Installation) -> Result<Pr
 /// # Errors
 /// Writing.
 pub fn load(prepared: &Prepared, folder: &Path) -> Result<(), SealError> {
-    Ok(store::write(prepared, folder, None)?)
+    store::write(prepared, folder, None).map_err(|error| failed(folder, error))
+}
+
+/// AMKD-XFR-04: 128 more where the current set is invalid.
+fn failed(folder: &Path, error: io::Error) -> SealError {
+    let code = if state(folder) == State::Empty { "3609/133/7/57" } else { "3609/5/7/57" };
+    SealError::Transfer { code, error }
+}
+
+/// A transfer into `folder` began and did not end: 3609/6. The set before it is in force.
+pub fn is_interrupted(folder: &Path) -> bool {
+    store::is_interrupted(folder)
 }
 
 /// Seals: the password, the signature as typed back, then the switch.
@@ -159,16 +180,22 @@ pub fn seal(
     if plain != signature {
         return Err(SealError::TypedBack { typed: typed.trim().into(), signature });
     }
-    Ok(store::write(prepared, folder, Some(&plain))?)
+    store::write(prepared, folder, Some(&plain)).map_err(|error| failed(folder, error))
 }
 
 /// What a restart does (design 7, AMK-PMT-17): a set that is loaded but not validated is
-/// erased. Whoever starts a machine calls it first; true means that there is no set now.
+/// erased, and a transfer that did not end is over. Whoever starts a machine calls it first;
+/// true means that there is no set now.
 ///
 /// # Errors
 /// Reading or removing.
 pub fn restart(folder: &Path) -> Result<bool, SealError> {
-    Ok(store::erase_unvalidated(folder)?)
+    let erased = store::erase_unvalidated(folder)?;
+    // 3609/6: a restart ends what was not completed.
+    if store::is_interrupted(folder) {
+        store::end_transfer(folder)?;
+    }
+    Ok(erased)
 }
 
 /// One thing that was verified.

@@ -15,6 +15,8 @@ const SETS: &str = "sets";
 const CONFIRMED: &str = "confirmed";
 const UNVALIDATED: &str = "-unvalidated";
 const SOURCE: &str = "set.toml";
+/// Stands as long as a transfer runs.
+const TRANSFER: &str = "transfer";
 
 /// An instant at which power may go: tests stop the writer here.
 #[cfg(not(test))]
@@ -34,15 +36,31 @@ pub(super) fn write(prepared: &Prepared, folder: &Path, typed: Option<&str>) -> 
     let target = format!("{SETS}/{name}{suffix}");
     instant()?;
     fs::create_dir_all(folder.join(SETS))?;
+    write_synced(&folder.join(TRANSFER), name.as_bytes())?;
     instant()?;
     fs::create_dir_all(folder.join(CONFIRMED))?;
     if folder.join(&target).exists()
         && fs::read_link(folder.join(IMAGE_FOLDER)).ok() == Some(PathBuf::from(&target))
     {
         // The current set is never written in place: sealed again, it gets a new folder.
-        return write_as(prepared, folder, &format!("{target}-again"), typed);
+        write_as(prepared, folder, &format!("{target}-again"), typed)?;
+    } else {
+        write_as(prepared, folder, &target, typed)?;
     }
-    write_as(prepared, folder, &target, typed)
+    end_transfer(folder)
+}
+
+/// A transfer began and did not end.
+pub(super) fn is_interrupted(folder: &Path) -> bool {
+    folder.join(TRANSFER).exists()
+}
+
+pub(super) fn end_transfer(folder: &Path) -> io::Result<()> {
+    instant()?;
+    match fs::remove_file(folder.join(TRANSFER)) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => sync_folder(folder),
+    }
 }
 
 fn write_as(prepared: &Prepared, folder: &Path, target: &str, typed: Option<&str>) -> io::Result<()> {

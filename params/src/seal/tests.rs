@@ -269,6 +269,29 @@ fn a_wrong_set_is_reported_with_its_transfer_code() {
     assert_eq!(code(|_| (), "SIM-0002"), ["3609/128/10/56", "3609/128/9/55", "3609/128/9/56"]);
 }
 
+/// AMKD-XFR-05, 3609/6: what ended early says so until the next transfer or restart, and what
+/// failed says whether a set is in force.
+#[test]
+fn a_transfer_that_did_not_end_is_named_until_the_next_restart() {
+    let (folder, installation) = sealed();
+    assert!(!is_interrupted(&folder.0));
+    let other = prepare(&SET.replace("300", "301"), "set.toml", &installation).expect("right");
+    let cut = |folder: &Folder| {
+        faults::arm(Some(9));
+        let error = load(&other, &folder.0).expect_err("power loss").to_string();
+        faults::arm(None);
+        error
+    };
+    assert!(cut(&folder).starts_with("3609/5/7/57"));
+    assert!(is_interrupted(&folder.0));
+    assert!(!restart(&folder.0).expect("possible"));
+    assert!(!is_interrupted(&folder.0));
+    let empty = Folder::new();
+    assert!(cut(&empty).starts_with("3609/133/7/57"));
+    load(&other, &empty.0).expect("the next one");
+    assert!(!is_interrupted(&empty.0));
+}
+
 /// AMK-PMT-24: the states of a transfer, as the LED of the device shows them.
 #[test]
 fn the_state_of_a_folder_follows_loading_sealing_and_restart() {

@@ -265,6 +265,7 @@ impl<A: Channel, B: Channel, C: Referee> Axis<A, B, C> {
         let errors = [&self.a.outputs.report.errors, &self.b.outputs.report.errors, &agreement.errors];
         crosscheck.errors.unite(&errors);
         (crosscheck.position, crosscheck.speed_mrpm) = (agreement.position, agreement.speed_mrpm);
+        crosscheck.outputs = self.outputs.drive.outputs & 0x3F | u8::from(self.outputs.drive.brake_open) << 7;
     }
 }
 

@@ -83,10 +83,13 @@ pub struct View {
     pub position: i64,
     /// Speed, 1/1000 rpm.
     pub speed_mrpm: i32,
+    /// Crosscheck only: safe outputs as [`DriveRequest`](shm_schema::drive::DriveRequest) has
+    /// them, with the release of the brake in bit 7.
+    pub outputs: u8,
 }
 
 impl View {
-    /// Whether a line of output is due: position and speed alone are no change.
+    /// Whether a line of output is due: position, speed and outputs alone are no change.
     pub fn differs(&self, before: &Self) -> bool {
         let now = (self.status, self.torque, self.path);
         (now != (before.status, before.torque, before.path)) || (self.errors != before.errors)

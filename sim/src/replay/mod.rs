@@ -28,6 +28,8 @@ pub struct ReplayOptions {
     pub encoder: bool,
     /// Begin at power-up.
     pub cold: bool,
+    /// Call `write` for a change of the outputs as well, which the contract of the lines has not.
+    pub outputs: bool,
 }
 
 /// Why a replay ended early.
@@ -69,10 +71,11 @@ struct Lane<'a> {
     axis: RealAxis,
     seen: [Option<View>; 3],
     raw: bool,
+    outputs: bool,
 }
 
 impl<'a> Lane<'a> {
-    fn new(set: &AxisSet, trace: &'a AxisTrace, options: Options) -> Self {
+    fn new(set: &AxisSet, trace: &'a AxisTrace, options: Options, outputs: bool) -> Self {
         let cores = Cores::of(set, BOOT_NONCE, options.start);
         Self {
             number: set.number,
@@ -81,6 +84,7 @@ impl<'a> Lane<'a> {
             axis: Axis::new(cores, &Wiring::of(set), options),
             seen: [None; 3],
             raw: options.raw_encoder,
+            outputs,
         }
     }
 
@@ -107,7 +111,9 @@ impl<'a> Lane<'a> {
     ) -> io::Result<bool> {
         let mut fell = false;
         for ((source, view), seen) in Source::ALL.into_iter().zip(self.axis.views()).zip(&mut self.seen) {
-            if seen.is_some_and(|before| !view.differs(&before)) {
+            let same =
+                |before: View| !(view.differs(&before) | self.outputs & (view.outputs != before.outputs));
+            if seen.is_some_and(same) {
                 continue;
             }
             let torque_fell = seen.is_some_and(|before| before.torque && !view.torque);
@@ -171,6 +177,7 @@ pub fn replay(
     if let Some(axis) = trace.axes.keys().find(|number| !known(number)) {
         return Err(ReplayError::Axis(*axis));
     }
+    let outputs = options.outputs;
     let options = Options {
         start: if options.cold { Start::Cold } else { Start::Settled },
         raw_encoder: options.encoder | trace.needs_raw_encoder(),
@@ -178,8 +185,11 @@ pub fn replay(
     };
     let idle = AxisTrace::default();
     let lane = |set: &AxisSet| (set.number, trace.axes.get(&set.number));
-    let mut lanes: Vec<_> =
-        machine.axes.iter().map(|set| Lane::new(set, lane(set).1.unwrap_or(&idle), options)).collect();
+    let mut lanes: Vec<_> = machine
+        .axes
+        .iter()
+        .map(|set| Lane::new(set, lane(set).1.unwrap_or(&idle), options, outputs))
+        .collect();
     let mut summary = Summary::default();
     for cycle in 0..=trace.last_cycle() {
         let at_ns = cycle as i64 * CYCLE_NS;

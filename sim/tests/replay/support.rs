@@ -112,7 +112,7 @@ pub fn replay_with(more: &[(u32, i32)], trace: &str, encoder: bool) -> Seen {
 pub fn replay_on(machine: &Machine, trace: &str, encoder: bool) -> Seen {
     let trace = sim::trace::parse(trace).expect("a sound trace");
     let mut out = Vec::new();
-    let options = ReplayOptions { encoder, cold: false };
+    let options = ReplayOptions { encoder, ..ReplayOptions::default() };
     let summary = replay_to(machine, &trace, options, &mut out).expect("replays");
     let text = String::from_utf8(out).expect("text");
     let lines =

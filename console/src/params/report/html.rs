@@ -78,7 +78,7 @@ fn element(block: &Block) -> String {
 /// The sentence that a reader looks for first.
 fn result(text: &str) -> &'static str {
     match text {
-        _ if text.contains("FELL SHORT") => " class=\"result bad\"",
+        _ if text.contains("FELL SHORT") || text.contains("NOT PROVEN") => " class=\"result bad\"",
         _ if text.contains("steps passed") => " class=\"result good\"",
         _ if text.contains("were not run") => " class=\"result\"",
         _ => "",
@@ -109,7 +109,7 @@ fn rows(table: &Table) -> String {
 fn cell_of(cell: &str) -> String {
     match cell {
         "passed" => "<td class=\"passed\">passed</td>".into(),
-        "FELL SHORT" => "<td class=\"short\">FELL SHORT</td>".into(),
+        "FELL SHORT" | "NOT PROVEN" => format!("<td class=\"short\">{cell}</td>"),
         "[ ]" => "<td><span class=\"box\"></span></td>".into(),
         text => format!("<td>{}</td>", escaped(text)),
     }

@@ -114,7 +114,7 @@ pub fn report(args: &Report, json: bool) -> Done {
 }
 
 /// Runs every step on the simulated axis and writes the report with what was measured; 1 when
-/// any step falls short.
+/// any step falls short, or an active function has none.
 pub fn accept(args: &Accept, json: bool) -> Done {
     let machine = machine(&args.file)?;
     let file = args.file.display().to_string();
@@ -130,9 +130,23 @@ pub fn accept(args: &Accept, json: bool) -> Done {
     if args.sheet.out.is_some() {
         args.sheet.write(&reports, false)?;
     }
+    let open: Vec<_> = reports
+        .iter()
+        .flat_map(|report| report.unproven.iter().map(move |open| (report.axis, open)))
+        .collect();
     print(json, &reports, || {
         let text: String = steps.iter().map(|(axis, step)| accept::line(*axis, step)).collect();
-        text + &format!("{passed} of {} steps passed\n", steps.len())
+        let missing: String = open
+            .iter()
+            .map(|(axis, open)| format!("NOT PROVEN axis {axis} {:<8} {}\n", open.function, open.reason))
+            .collect();
+        text + &missing
+            + &format!(
+                "{passed} of {} steps passed, {} active functions not proven\n",
+                steps.len(),
+                open.len()
+            )
     });
-    if passed == steps.len() { Ok(()) } else { Err(Failure::Short) }
+    let complete = [passed == steps.len(), open.is_empty()];
+    if complete.contains(&false) { Err(Failure::Short) } else { Ok(()) }
 }

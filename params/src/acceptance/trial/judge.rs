@@ -1,6 +1,7 @@
 //! What was seen, held against what had to happen.
 
 use serde::Serialize;
+use shm_schema::word::Word;
 
 use super::{Expectation, Probe};
 
@@ -11,8 +12,10 @@ pub struct Seen {
     pub t_ms: f64,
     /// `a`, `b` or `crosscheck`.
     pub source: &'static str,
-    /// Low 64 bits of the status word.
-    pub status: u64,
+    /// Status word.
+    pub status: Word,
+    /// Safe outputs as the controller asks for them, and the release of the brake in bit 7.
+    pub outputs: u8,
     /// Torque.
     pub torque: bool,
     /// Standing codes.
@@ -44,11 +47,18 @@ pub fn judge(expectation: &Expectation, seen: &[Seen]) -> Measured {
     let of = |source: &'static str| seen.iter().filter(move |seen| seen.source == source);
     match &expectation.probe {
         Probe::TorqueOff => edge(of("crosscheck"), from, to, |seen| !seen.torque),
-        Probe::Bit(bit, on) => edge(of("crosscheck"), from, to, |seen| (seen.status >> bit & 1 == 1) == *on),
+        Probe::LaterOff => edge(since(of("crosscheck"), from), from, to, |seen| !seen.torque),
+        Probe::LaterBit(bit) => edge(since(of("crosscheck"), from), from, to, |seen| seen.status.bit(*bit)),
+        Probe::Bit(bit, on) => edge(of("crosscheck"), from, to, |seen| seen.status.bit(*bit) == *on),
+        Probe::Output(bit, on) => {
+            edge(of("crosscheck"), from, to, |seen| (seen.outputs >> (bit & 7) & 1 == 1) == *on)
+        }
         Probe::Code(code) => {
             both(&[edge_of_code(of("a"), code, from, to), edge_of_code(of("b"), code, from, to)])
         }
+        Probe::Combined(code) => edge_of_code(of("crosscheck"), code, from, to),
         Probe::Quiet => quiet(seen, from, to),
+        Probe::TorqueOn => torque_on(of("crosscheck"), from, to),
         Probe::Recovered => recovered(of("crosscheck"), to),
     }
 }
@@ -70,6 +80,13 @@ fn edge<'a>(
         before = Some(holds);
     }
     missed("did not happen")
+}
+
+/// What stood when the window began, and what came later.
+fn since<'a>(seen: impl Iterator<Item = &'a Seen>, from: f64) -> impl Iterator<Item = &'a Seen> {
+    let all: Vec<_> = seen.collect();
+    let before = all.iter().take_while(|seen| seen.t_ms < from - 1.5).count().saturating_sub(1);
+    all.into_iter().skip(before)
 }
 
 fn edge_of_code<'a>(seen: impl Iterator<Item = &'a Seen>, code: &str, from: f64, to: f64) -> Measured {
@@ -121,6 +138,24 @@ fn quiet(seen: &[Seen], from: f64, to: f64) -> Measured {
     }
 }
 
+fn torque_on<'a>(seen: impl Iterator<Item = &'a Seen>, from: f64, to: f64) -> Measured {
+    let mut on = false;
+    let mut lost = None;
+    for now in seen.take_while(|now| now.t_ms <= to) {
+        on = now.torque;
+        if now.t_ms >= from && !on {
+            lost = lost.or(Some(now));
+        }
+    }
+    match lost {
+        Some(now) => happened(now, false, "torque off".into()),
+        None if on => {
+            Measured { t_ms: None, rpm: None, position: None, text: "as expected".into(), right: true }
+        }
+        None => missed("torque was off before"),
+    }
+}
+
 fn recovered<'a>(seen: impl Iterator<Item = &'a Seen>, to: f64) -> Measured {
     let Some(last) = seen.take_while(|seen| seen.t_ms <= to).last() else {
         return missed("nothing was seen");
@@ -148,7 +183,16 @@ mod tests {
 
     fn at(t_ms: f64, source: &'static str, torque: bool, errors: &[&str]) -> Seen {
         let errors = errors.iter().map(ToString::to_string).collect();
-        Seen { t_ms, source, status: u64::from(!torque), torque, errors, rpm: 500.0, position: 0 }
+        Seen {
+            t_ms,
+            source,
+            status: Word::from_u32(u32::from(!torque)),
+            outputs: 0,
+            torque,
+            errors,
+            rpm: 500.0,
+            position: 0,
+        }
     }
 
     #[test]

@@ -9,12 +9,14 @@ mod course;
 mod etg;
 mod judge;
 mod lenze;
+pub(crate) mod supervision;
 
 use serde::Serialize;
 use shm_schema::profile::Profile;
 
 use crate::set::AxisSet;
 pub use course::Course;
+pub(crate) use etg::instances as etg_instances;
 pub use judge::{Measured, Seen, judge};
 
 /// One step: what is done, and what has to happen.
@@ -50,10 +52,20 @@ pub struct Expectation {
 pub enum Probe {
     /// Torque of the combined view goes off in the window.
     TorqueOff,
+    /// The same, where it has gone off and on before.
+    LaterOff,
+    /// A bit of the combined status goes to 1 in the window, where it has done so before.
+    LaterBit(u8),
     /// A bit of the combined status takes this level in the window.
     Bit(u8, bool),
     /// A code that begins so appears in the window, at both channels; empty: any code.
     Code(String),
+    /// The same in the combined view: from one channel, or from crosscheck.
+    Combined(String),
+    /// All the time torque is on, whatever stands.
+    TorqueOn,
+    /// A level of the safe outputs, or the release of the brake (bit 7), goes to this in the window.
+    Output(u8, bool),
     /// All the time torque is on and no code stands.
     Quiet,
     /// At the end of the window torque is on and no code stands.
@@ -89,11 +101,16 @@ const REQUEST_MS: f64 = 100.0;
 /// What a violation leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reaction {
+    /// Its code alone.
+    Code,
     /// Torque off in the cycle of the violation.
     Sto,
     /// A stop function, whose status bit shows it.
     Stop(u8),
 }
+
+/// Where the release of the brake stands among the outputs of [`Seen`].
+pub const BRAKE_OPEN: u8 = 7;
 
 /// A step under construction.
 struct Step {
@@ -144,6 +161,7 @@ impl Step {
         let named = if code.is_empty() { "error".to_string() } else { format!("code {code}") };
         self.expect(format!("{named}, both channels"), from, to, Probe::Code(code.into()));
         match reaction {
+            Reaction::Code => {}
             Reaction::Sto => self.expect("torque off", from, to, Probe::TorqueOff),
             Reaction::Stop(bit) => {
                 self.expect(

@@ -1,31 +1,60 @@
 //! ATV340: STO, SS1, SLS by its type, SMS by its mode. Frequencies of the set are in tenths
 //! of a hertz; the trace is in rpm (DEC-32).
 
-use shm_schema::facts::atv340::{control, status};
+mod sls;
 
-use super::{Probe, REQUEST_MS, Reaction, Step, Trial};
+use shm_schema::{
+    facts::atv340::{control, status},
+    profile::common,
+    word::Word,
+};
+
+use super::{Probe, REQUEST_MS, Reaction, Step, Trial, supervision};
 use crate::set::AxisSet;
 
 struct Atv<'a> {
     axis: &'a AxisSet,
-    neutral: u64,
+    neutral: Word,
 }
 
 pub(super) fn trials(axis: &AxisSet) -> Vec<Trial> {
-    let atv = Atv { axis, neutral: u64::from(axis.profile.neutral_word()) };
+    let atv = Atv { axis, neutral: Word::from_u32(axis.profile.neutral_word()) };
     let mut trials = vec![atv.sto()];
     if axis.value(65) == 1 {
         trials.push(atv.braked());
-        trials.push(atv.flat());
+        trials.push(atv.flat("SS1", control::SS1));
     }
     if axis.value(66) == 1 {
-        trials.extend([1.0, -1.0].map(|side| atv.limit(side)));
+        trials.extend(atv.limited_speed());
     }
-    if axis.value(56) != 0 {
-        let codes = [("SME0B4", 57, 1.0), ("SME0B5", 58, -1.0)];
-        trials.extend(codes.map(|(code, key, side)| atv.maximum(code, key, side)));
+    let first = [("SME0B4", 57, 1.0), ("SME0B5", 58, -1.0)];
+    let second = [("SME0B4", 59, 1.0), ("SME0B5", 60, -1.0)];
+    // SC56: 1 threshold, 2 thresholds by the bit, or one by the bit (maintenance).
+    match axis.value(56) {
+        1 => trials.extend(first.map(|(code, key, side)| atv.maximum(code, key, side, false))),
+        2 => {
+            trials.extend(first.map(|(code, key, side)| atv.maximum(code, key, side, false)));
+            trials.extend(second.map(|(code, key, side)| atv.maximum(code, key, side, true)));
+        }
+        3 => trials.extend(first.map(|(code, key, side)| atv.maximum(code, key, side, true))),
+        _ => {}
     }
+    trials.extend(supervision::trials(&atv));
     trials
+}
+
+impl supervision::Manners for Atv<'_> {
+    fn begin(&self, function: &str, action: String, source: &str) -> Step {
+        self.start(function, action, source, 0.0)
+    }
+
+    fn finish(&self, step: &mut Step, from_ms: f64) {
+        self.settle(step, from_ms);
+    }
+
+    fn position_difference(&self) -> f64 {
+        f64::from(self.axis.value(common::POSITION_DIFFERENCE))
+    }
 }
 
 impl Atv<'_> {
@@ -58,10 +87,10 @@ impl Atv<'_> {
     fn settle(&self, step: &mut Step, from_ms: f64) {
         let still = from_ms + 200.0;
         step.trial.course.speed(still, 0.0).command(still + 500.0, self.neutral);
-        let reset = self.neutral | 1 << control::SAFETY_RESET;
+        let reset = self.neutral.with(control::SAFETY_RESET, true);
         step.trial.course.command(still + 900.0, reset).command(still + 1_000.0, self.neutral);
         // ATV: a stop is left after at least 100 ms of STO (DEC-12).
-        let pulse = self.neutral & !(1 << control::STO);
+        let pulse = self.neutral.with(control::STO, false);
         step.trial.course.command(still + 1_100.0, pulse).command(still + 1_300.0, self.neutral);
         step.recovered(still + 1_500.0);
     }
@@ -70,7 +99,7 @@ impl Atv<'_> {
         let mut step = self.start("STO", format!("request at {:.0} rpm", self.top()), "ATV-STO", self.top());
         step.trial
             .course
-            .command(REQUEST_MS, self.neutral & !(1 << control::STO))
+            .command(REQUEST_MS, self.neutral.with(control::STO, false))
             .speed(REQUEST_MS + 20.0, self.top());
         step.quiet(REQUEST_MS);
         step.expect("torque off", REQUEST_MS, REQUEST_MS + 2.0, Probe::TorqueOff);
@@ -83,7 +112,7 @@ impl Atv<'_> {
         let top = self.top();
         let mut step =
             self.start("SS1", format!("request at {top:.0} rpm, brake as monitored"), "ATV-SS1", top);
-        step.trial.course.command(REQUEST_MS, self.neutral | 1 << control::SS1);
+        step.trial.course.command(REQUEST_MS, self.neutral.with(control::SS1, true));
         let slope = (self.rpm(31) / 1_000.0).max(0.001);
         let from = REQUEST_MS + self.value(34);
         let still = from + 0.9 * top / slope;
@@ -96,10 +125,12 @@ impl Atv<'_> {
         step.trial
     }
 
-    fn flat(&self) -> Trial {
+    /// SS1 off its line; SLS types 3 and 6 start it themselves above their threshold.
+    fn flat(&self, function: &str, bit: u8) -> Trial {
         let top = self.top();
-        let mut step = self.start("SS1", "request, and do not brake".into(), "ATV-SS1", top);
-        step.trial.course.command(REQUEST_MS, self.neutral | 1 << control::SS1);
+        let action = format!("request at {top:.0} rpm, and do not brake: SS1 is violated");
+        let mut step = self.start(function, action, "ATV-SS1-08", top);
+        step.trial.course.command(REQUEST_MS, self.neutral.with(bit, true));
         let slope = (self.rpm(31) / 1_000.0).max(0.001);
         // The line begins SC32 above the speed.
         let seen = REQUEST_MS + self.value(34) + (self.rpm(32) / slope).ceil();
@@ -111,37 +142,13 @@ impl Atv<'_> {
         step.trial
     }
 
-    /// SLS: requested below its set point, then above its threshold.
-    fn limit(&self, side: f64) -> Trial {
-        // SC49 and SC51 always equal SC48 and SC50.
-        let limit = self.rpm(48);
-        // Types 2 to 6 brake to their set point; type 1 and the standstill case wait at the level.
-        let slow = self.rpm(50).min(limit);
-        let kind = self.axis.value(39);
-        let begin = if kind == 1 { (limit - 1.0).max(0.0) } else { (slow - 1.0).max(0.0) };
-        let mut step = self.start(
-            &format!("SLS type {kind}"),
-            format!("request at {:.0} rpm, exceed {:.0} rpm", side * begin, side * limit),
-            "ATV-SLS",
-            side * begin,
-        );
-        step.trial.course.command(REQUEST_MS, self.neutral | 1 << control::SLS);
-        let hold = REQUEST_MS + self.value(54) + 200.0;
-        step.trial.course.speed(hold, side * begin);
-        let reach = hold + (limit - begin).max(1.0);
-        let trip = step.cross(reach, side * limit, side);
-        step.quiet(REQUEST_MS + 100.0);
-        step.violation(trip, "", Reaction::Sto);
-        self.settle(&mut step, trip + 15.0);
-        step.trial
-    }
-
-    fn maximum(&self, code: &str, key: u32, side: f64) -> Trial {
+    /// With the switch bit where the threshold needs it (ATV-SMS-04, ATV-SMS-08).
+    fn maximum(&self, code: &str, key: u32, side: f64, switched: bool) -> Trial {
         let limit = self.rpm(key);
         let below = side * (limit - 1.0).max(0.0);
         let mut step = self.start("SMS", format!("exceed {:.0} rpm", side * limit), "ATV-SMS", below);
-        if self.axis.value(56) == 3 {
-            step.trial.course.command(0.0, self.neutral | 1 << control::SMS_SWITCH);
+        if switched {
+            step.trial.course.command(0.0, self.neutral.with(control::SMS_SWITCH, true));
         }
         let trip = step.cross(REQUEST_MS, side * limit, side);
         step.quiet(trip);

@@ -1,8 +1,15 @@
-//! AMK KW-R07: every function that the command source can request, and SMS.
+//! AMK KW-R07: every function that the command source can request, what is always on, inputs
+//! and outputs.
 
-use shm_schema::facts::amk_kw::{control, status};
+mod always;
+mod inputs;
 
-use super::{Probe, REQUEST_MS, Reaction, Step, Trial, leaves_window_ms};
+use shm_schema::{
+    facts::amk_kw::{control, status},
+    word::Word,
+};
+
+use super::{Probe, REQUEST_MS, Reaction, Step, Trial, leaves_window_ms, supervision};
 use crate::set::AxisSet;
 
 /// How a function is requested.
@@ -17,7 +24,7 @@ enum Request {
 struct Amk<'a> {
     axis: &'a AxisSet,
     top: f64,
-    neutral: u64,
+    neutral: Word,
 }
 
 /// Monitoring functions with bit and parameters: delay, ramp, first and second limit, reaction.
@@ -31,7 +38,8 @@ const SLS: [(&str, u8, [u32; 4]); 2] =
     [("SLS1", control::SLS1, [54, 56, 57, 58]), ("SLS2", control::SLS2, [59, 61, 62, 63])];
 
 pub(super) fn trials(axis: &AxisSet) -> Vec<Trial> {
-    let amk = Amk { axis, top: f64::from(axis.value(67)), neutral: u64::from(axis.profile.neutral_word()) };
+    let amk =
+        Amk { axis, top: f64::from(axis.value(67)), neutral: Word::from_u32(axis.profile.neutral_word()) };
     let mut trials = Vec::new();
     amk.stops(&mut trials);
     for (name, bit, keys) in SSR {
@@ -49,7 +57,27 @@ pub(super) fn trials(axis: &AxisSet) -> Vec<Trial> {
     }
     trials.extend(amk.request(control::SLI).map(|request| amk.increment(request)));
     trials.extend([1.0, -1.0].map(|side| amk.maximum(side)));
+    trials.extend(amk.inputs());
+    trials.extend(amk.outputs());
+    trials.extend(amk.standstill_supervision());
+    trials.extend(supervision::trials(&amk));
     trials
+}
+
+impl supervision::Manners for Amk<'_> {
+    fn begin(&self, function: &str, action: String, source: &str) -> Step {
+        let mut step = Step::new(function, action, source);
+        self.start(&mut step, 0.0);
+        step
+    }
+
+    fn finish(&self, step: &mut Step, from_ms: f64) {
+        self.settle(step, None, from_ms);
+    }
+
+    fn position_difference(&self) -> f64 {
+        self.value(2)
+    }
 }
 
 impl Amk<'_> {
@@ -63,34 +91,19 @@ impl Amk<'_> {
             return Some(Request::Word(bit));
         }
         let wanted = i32::from(bit);
-        let inputs =
-            [("se1", 15, 69, 70, [71, 73]), ("se2", 16, 75, 76, [77, 79]), ("se3", 17, 81, 82, [83, 85])];
-        inputs.into_iter().find_map(|(column, function, sampled, inverted, filter)| {
-            // Sampled inputs need pulses that a trace of levels does not have: by hand only.
-            let fits = [self.axis.value(function) == wanted, self.axis.value(sampled) == 0];
-            let lines = if self.axis.value(inverted) == 0 { "00" } else { "11" };
-            let filter_ms = self.value(filter[0]).max(self.value(filter[1])) / 1_000.0;
-            (!fits.contains(&false)).then_some(Request::Pair(column, lines, filter_ms.ceil() + 1.0))
-        })
+        inputs::PAIRS.iter().find(|pair| self.axis.value(pair.function) == wanted).map(|pair| self.by(pair))
     }
 
     fn start(&self, step: &mut Step, rpm: f64) {
         step.trial.course.speed(0.0, rpm).command(0.0, self.neutral);
-        for column in ["se1", "se2", "se3"] {
-            let inverted = self.axis.value(match column {
-                "se1" => 70,
-                "se2" => 76,
-                _ => 82,
-            });
-            step.trial.course.set(0.0, column, if inverted == 0 { "11" } else { "00" });
-        }
+        self.connect(step);
     }
 
     /// Requests at [`REQUEST_MS`]; returns when it is in force.
     fn ask(&self, step: &mut Step, request: Request) -> f64 {
         match request {
             Request::Word(bit) => {
-                step.trial.course.command(REQUEST_MS, self.neutral & !(1 << bit));
+                step.trial.course.command(REQUEST_MS, self.neutral.with(bit, false));
                 REQUEST_MS
             }
             Request::Pair(column, lines, filter_ms) => {
@@ -106,7 +119,7 @@ impl Amk<'_> {
         step.trial.course.speed(still, 0.0);
         match request {
             Some(Request::Pair(column, lines, _)) => {
-                step.trial.course.set(still + 50.0, column, if lines == "00" { "11" } else { "00" });
+                step.trial.course.set(still + 50.0, column, inputs::opposite(lines));
             }
             Some(Request::Word(_)) => {
                 step.trial.course.command(still + 50.0, self.neutral);
