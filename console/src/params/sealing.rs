@@ -10,7 +10,7 @@ use crosscheck::logbook::{Book, Entry, Size};
 use params::seal::{self, Installation, Prepared, SealError, replacement};
 use serde_json::json;
 
-use super::{Failure, Outcome, print, prompt, read, running, write};
+use super::{Failure, Outcome, print, prompt, read, running, start, write};
 use crate::run::RunFolder;
 
 /// Where a set and its installation are.
@@ -22,7 +22,7 @@ struct Place {
     /// Folder of the sealed sets.
     #[arg(long, default_value = "sealed")]
     folder: PathBuf,
-    /// Run folder of the machine. While a set runs in it nothing is transferred.
+    /// Run folder of the machine. While a set runs in it, every axis has to be in STO.
     #[arg(long)]
     run_dir: Option<PathBuf>,
     /// Logbook of the machine: what is loaded or sealed is recorded there.
@@ -283,6 +283,10 @@ pub fn seal(args: &Seal, json: bool) -> Outcome {
             prepared.device_signature()
         ),
     )?;
+    if let Err(places) = start::finds(&args.place.folder, &args.place.installation) {
+        let used = args.place.installation.display();
+        eprintln!("note: a start looks for the installation in {places}; put {used} there before");
+    }
     print(json, &transferred(&prepared, &args.place.folder), || {
         format!(
             "{}\ncontent signature {}, device signature {}\n{}start it with: safepair run --sealed {}\n",

@@ -1,14 +1,30 @@
 //! The check at start: a sealed set is verified before anything runs with it (AMK-PMT-19,
 //! AMKD-XFR-01). What is wrong carries the vendor's code 3609.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use params::seal::{self, Installation, SealError};
 
-/// File of the installation, beside the folder of the sealed sets or in it.
+/// File of the installation: in the folder of the sealed sets, beside it, or here.
 const INSTALLATION: &str = "installation.toml";
+const SYSTEM: &str = "/etc/safepair/installation.toml";
 
-/// Verifies the set that `folder` holds against the installation beside it.
+/// Where a start looks for the installation of the sets in `folder`, in this order.
+fn places(folder: &Path) -> [PathBuf; 3] {
+    let beside = folder.parent().unwrap_or(Path::new(".")).join(INSTALLATION);
+    [folder.join(INSTALLATION), beside, SYSTEM.into()]
+}
+
+/// Whether a start of the sets in `folder` finds this installation; where it looks, if not.
+pub fn finds(folder: &Path, installation: &Path) -> Result<(), String> {
+    let places = places(folder);
+    let first = places.iter().find(|place| place.exists());
+    let same = first.is_some_and(|first| first.canonicalize().ok() == installation.canonicalize().ok());
+    let names = || places.map(|place| place.display().to_string()).join(", ");
+    if same { Ok(()) } else { Err(names()) }
+}
+
+/// Verifies the set that `folder` holds against its installation.
 ///
 /// # Errors
 /// One line: what is wrong, with its code.
@@ -29,12 +45,11 @@ pub fn verified(folder: &Path) -> Result<(), String> {
     if seal::state(folder) == seal::State::Empty {
         return Err(at(&"3609/128/6/55: no set is there; expected a sealed set: safepair params seal"));
     }
-    let beside = folder.parent().unwrap_or(Path::new(".")).join(INSTALLATION);
-    let own = folder.join(INSTALLATION);
-    let path = if own.exists() { own } else { beside };
+    let [own, ..] = places(folder);
+    let path = places(folder).into_iter().find(|place| place.exists()).unwrap_or(own);
     let installation = Installation::read(&path).map_err(|error| {
         at(&format!(
-            "3609/128/9/55: {}: {error}; expected the installation the set is sealed to",
+            "3609/128/9/55: {}: {error}; expected the installation that the set is sealed to, here, beside the folder, or as {SYSTEM}",
             path.display()
         ))
     })?;
@@ -55,9 +70,7 @@ fn described(error: &SealError) -> String {
 mod tests {
     use super::*;
     use std::{
-        fs,
-        path::PathBuf,
-        process,
+        fs, process,
         sync::atomic::{AtomicU32, Ordering},
     };
 
@@ -126,6 +139,16 @@ mod tests {
         assert!(place.refused().contains("3609/128/10/56"), "{}", place.refused());
         fs::remove_file(place.folder().join("current")).expect("there");
         assert!(place.refused().contains("3609/128/6/55"), "{}", place.refused());
+    }
+
+    #[test]
+    fn a_start_finds_the_installation_beside_the_folder_and_no_other() {
+        let place = Place::new();
+        assert_eq!(finds(&place.folder(), &place.0.join(INSTALLATION)), Ok(()));
+        let other = place.0.join("other.toml");
+        fs::copy(place.0.join(INSTALLATION), &other).expect("copied");
+        let names = finds(&place.folder(), &other).expect_err("another file");
+        assert!(names.contains("sealed/installation.toml"), "{names}");
     }
 
     /// AMK-PMT-17

@@ -139,7 +139,7 @@ impl Paper {
         let mut x = MARGIN;
         for (at, (cell, width)) in cells.iter().zip(widths).enumerate() {
             let width = INNER * *width as f32 / 100.0;
-            let strong = at == 0 || cell == "FELL SHORT";
+            let strong = at == 0 || ["FELL SHORT", "NOT PROVEN"].contains(&cell.as_str());
             let font = if strong { BOLD } else { font };
             if cell == "[ ]" {
                 self.page.set_line_width(0.8).rect(x + 2.0, self.y - 11.0, 7.5, 7.5).stroke();

@@ -18,6 +18,7 @@ pub struct Course {
 
 /// Test pulses of one line: low for `pulse_us`, once in a period, while the line is high.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(clippy::struct_field_names, reason = "units last")]
 pub struct Pulses {
     /// Period, µs.
     pub period_us: u64,

@@ -327,8 +327,8 @@ impl Lenze<'_> {
         let rows = [("SDIpos", 1, "103", -1.0), ("SDIneg", 2, "104", 1.0)];
         let of = |(name, enabled, code, side)| {
             let with_sls = || {
-                let directed = (1..=4).filter(|number| self.set(15_333, *number) == enabled);
-                directed.filter_map(|number| self.request(&format!("SLS{number}"))).next()
+                let mut directed = (1..=4).filter(|number| self.set(15_333, *number) == enabled);
+                directed.find_map(|number| self.request(&format!("SLS{number}")))
             };
             let always = (self.set(15_340, 0) == enabled).then_some(Request::Always);
             let request = always.or_else(|| self.request(name)).or_else(with_sls)?;
