@@ -35,6 +35,12 @@ pub struct Events {
     pub parameter_fault: Option<u8>,
 }
 
+impl Events {
+    /// Nothing happened.
+    pub const NONE: Self =
+        Self { has_timed_out: false, is_corrupt: false, is_damaged: false, parameter_fault: None };
+}
+
 /// The black channel of one axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Bus {

@@ -194,7 +194,12 @@ impl Comparison {
             return self.last;
         }
         self.compared = Some(partner.exchange);
-        let expired = self.timers.time(own, partner, limits, is_starting);
+        let expired = if is_alike(own, partner) {
+            self.timers.rest(true);
+            ([false; STOPS], false)
+        } else {
+            self.timers.time(own, partner, limits, is_starting)
+        };
         self.last = difference(own, partner, limits, build, expired);
         self.is_clear = self.last.is_clear();
         self.last
@@ -210,10 +215,6 @@ impl Timers {
         limits: &Limits,
         is_starting: bool,
     ) -> ([bool; STOPS], bool) {
-        if is_alike(own, partner) {
-            self.rest(true);
-            return ([false; STOPS], false);
-        }
         // One channel may come to the next phase of start-up before the other: what its status
         // shows then, and an error of one that pairs, only keeps the other waiting.
         let is_ahead = is_starting & (own.phase != partner.phase);

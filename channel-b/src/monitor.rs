@@ -46,7 +46,7 @@ use crate::outputs::Outputs as SafeOutputs;
 use crate::path::Path;
 use crate::profile::{Asked, Logic, Plan, judge, raise};
 use crate::startup::{Progress, Startup};
-use senses::{Acknowledges, Ages, Edges, Senses};
+use senses::{Acknowledges, Ages, Cells, Edges, Senses};
 use steady::Steady;
 
 /// Program-flow signature of a complete step: every station adds its number (DEC-22).
@@ -206,13 +206,23 @@ impl Monitor {
 
     /// One cycle at `now_ns` of the own clock.
     pub fn step(&mut self, inputs: &Inputs, now_ns: u64) -> Outputs {
+        let (mut report, mut inhibit) = (Report::default(), Inhibit::default());
+        self.run(inputs, now_ns, &mut report, &mut inhibit);
+        if !self.bus.is_used() {
+            return Outputs { report, inhibit, answer: None };
+        }
+        self.history.note_own(&report);
+        Outputs { report, inhibit, answer: self.answer.take() }
+    }
+
+    fn run(&mut self, inputs: &Inputs, now_ns: u64, report: &mut Report, inhibit: &mut Inhibit) {
         let is_settled = self.is_first & (self.setup.start == Start::Settled);
         self.flow = 0;
         self.ledger.begin_cycle();
-        let cells = self.read(inputs, is_settled, now_ns);
+        let mut cells = Cells::new(now_ns, is_settled);
+        self.read(inputs, &mut cells);
         self.supervise_cells(inputs, &cells, now_ns);
         let edges = self.senses.acknowledges.edges(cells.acknowledge, cells.is_connected, is_settled);
-        let mut cells = cells;
         if !self.plan.has_encoder {
             // LNZ-SS1-02: without encoder the drive's own standstill is all there is.
             cells.motion.speed = if cells.drive_n0 { 0 } else { SPEED_MAX };
@@ -231,19 +241,13 @@ impl Monitor {
         } else {
             self.react(&requested, &cells, now_ns);
         }
-        let mut outputs = Outputs { report: Report::default(), inhibit: Inhibit::default(), answer: None };
-        self.compare(inputs, &cells, &requested, is_steady, &mut outputs.report);
-        self.drive(&mut outputs, &cells);
-        if self.bus.is_used() {
-            outputs.answer = self.answer.take();
-            self.history.note_own(&outputs.report);
-        }
+        self.compare(inputs, &cells, &requested, is_steady, report);
+        self.drive(report, inhibit, &cells);
         self.is_first = false;
-        outputs
     }
 
     /// Everything that is decided in a cycle but the reactions to it; what is requested.
-    fn act(&mut self, cells: &mut senses::Cells, mut edges: Edges, is_settled: bool, now_ns: u64) -> Word {
+    fn act(&mut self, cells: &mut Cells, mut edges: Edges, is_settled: bool, now_ns: u64) -> Word {
         let asked = Asked {
             word: &cells.word,
             levels: cells.levels,
@@ -287,7 +291,7 @@ impl Monitor {
     }
 
     /// DEC-15, DEC-16: one edge clears what may be cleared, and its function starts again.
-    fn acknowledge(&mut self, edge: bool, cells: &senses::Cells) {
+    fn acknowledge(&mut self, edge: bool, cells: &Cells) {
         self.visit(2);
         if edge {
             let plan = &mut self.plan;
@@ -296,7 +300,7 @@ impl Monitor {
     }
 
     /// DEC-19; whether torque becomes possible in this cycle.
-    fn start_up(&mut self, cells: &senses::Cells, edge: bool, now: u64) -> bool {
+    fn start_up(&mut self, cells: &Cells, edge: bool, now: u64) -> bool {
         let before = self.startup.phase();
         let is_requested = self.asked | self.ledger.demanded_stops() != 0;
         let progress = Progress {
@@ -323,7 +327,7 @@ impl Monitor {
     }
 
     /// A stop could be left but for the restart acknowledge.
-    fn awaits_restart(&self, cells: &senses::Cells) -> bool {
+    fn awaits_restart(&self, cells: &Cells) -> bool {
         let is_acknowledged = self.sto_needs_restart() | (self.sos_needs_restart() != 0);
         if !is_acknowledged {
             return false;
@@ -355,7 +359,7 @@ impl Monitor {
             .fold(0, |mask, (place, stop)| mask | u16::from(bit(stop.spec.control)) << (place & 15));
     }
 
-    fn demand(&self, cells: &senses::Cells, restart: bool) -> Demand {
+    fn demand(&self, cells: &Cells, restart: bool) -> Demand {
         let asked = self.asked;
         let is_operational = self.startup.phase() == Phase::Operational;
         let must = self.asks_sto | self.ledger.demands_sto() | cells.crosscheck_error;
@@ -373,7 +377,7 @@ impl Monitor {
     }
 
     /// Stops first: what is in STO is not monitored (DEC-14). Whether that was so.
-    fn functions(&mut self, requested: &Word, cells: &senses::Cells, restart: bool, now: u64) -> bool {
+    fn functions(&mut self, requested: &Word, cells: &Cells, restart: bool, now: u64) -> bool {
         self.visit(3);
         let demand = self.demand(cells, restart | self.is_first);
         if self.plan.logic.completes_stops() {
@@ -402,7 +406,7 @@ impl Monitor {
     }
 
     /// What the violations of this cycle demand, in this cycle.
-    fn react(&mut self, requested: &Word, cells: &senses::Cells, now: u64) {
+    fn react(&mut self, requested: &Word, cells: &Cells, now: u64) {
         self.visit(4);
         let demand = self.demand(cells, false);
         let (logic, ledger) = (&self.plan.logic, &mut self.ledger);
@@ -415,7 +419,7 @@ impl Monitor {
         }
     }
 
-    fn show(&self, cells: &senses::Cells, requested: &Word, awaits_restart: bool) -> Word {
+    fn show(&self, cells: &Cells, requested: &Word, awaits_restart: bool) -> Word {
         let bits = &self.plan.bits;
         let mut word = self.plan.bank.shown();
         raise(&mut word, bits.sto_active, self.plan.stops.in_sto());
@@ -459,7 +463,7 @@ impl Monitor {
     }
 
     /// Fills in a report that is empty, or one of the same cycle.
-    fn report(&mut self, cells: &senses::Cells, requested: &Word, report: &mut Report) {
+    fn report(&mut self, cells: &Cells, requested: &Word, report: &mut Report) {
         self.restart_pending = self.awaits_restart(cells);
         self.begin_report(cells, requested, report);
         report.ready &= !self.plan.stops.in_sto();
@@ -470,7 +474,7 @@ impl Monitor {
     }
 
     /// What every report says anew.
-    fn begin_report(&self, cells: &senses::Cells, requested: &Word, report: &mut Report) {
+    fn begin_report(&self, cells: &Cells, requested: &Word, report: &mut Report) {
         report.exchange = cells.exchange;
         report.partner_exchange = cells.partner_exchange;
         report.time_ns = cells.now;
@@ -491,13 +495,7 @@ impl Monitor {
         }
     }
 
-    fn drive_request(
-        &self,
-        cells: &senses::Cells,
-        requested: &Word,
-        status: &Word,
-        stop: Stop,
-    ) -> DriveRequest {
+    fn drive_request(&self, cells: &Cells, requested: &Word, status: &Word, stop: Stop) -> DriveRequest {
         let in_sto = self.plan.stops.in_sto();
         let brakes = stop == Stop::Ss1;
         match &self.plan.logic {

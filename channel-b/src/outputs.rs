@@ -80,14 +80,34 @@ impl Line {
     }
 
     /// The samples of the next cycle.
+    #[inline]
     fn drive(&mut self, level: bool, samples: u32, whole: u64) -> u64 {
         if self.is_unused {
             return if level { whole } else { 0 };
         }
+        let is_plain = (self.setup.pulse == 0) & self.pulse_age.is_none();
+        if is_plain {
+            let driven = if level == self.setup.is_low_side { 0 } else { whole };
+            let (on, off) = if driven == 0 {
+                (&mut self.since_high, &mut self.since_low)
+            } else {
+                (&mut self.since_low, &mut self.since_high)
+            };
+            (*on, *off) = (on.saturating_add(1), 0);
+            return driven;
+        }
         let is_pulsed = self.setup.pulse > 0;
-        let gap = if is_pulsed { self.advance(samples) } else { 0 } & whole;
+        let gap = if is_pulsed { self.advance(samples) & whole } else { 0 };
         let energised = if level { whole & !gap } else { 0 };
         let driven = if self.setup.is_low_side { whole & !energised } else { energised };
+        if self.setup.is_watched {
+            self.note(level, gap, driven, whole);
+        }
+        driven
+    }
+
+    /// Since when which level, and which pulse, must be read back.
+    fn note(&mut self, level: bool, gap: u64, driven: u64, whole: u64) {
         self.since_high = if driven == 0 { self.since_high.saturating_add(1) } else { 0 };
         self.since_low = if driven == whole { self.since_low.saturating_add(1) } else { 0 };
         self.pulse_age = match self.pulse_age {
@@ -95,7 +115,6 @@ impl Line {
             None if gap != 0 => Some(0),
             other => other.map(|age| age.saturating_add(1)),
         };
-        driven
     }
 
     /// Goes on by `samples`; the samples that belong to a pulse.

@@ -31,6 +31,12 @@ impl Tested {
     fn judge(&mut self, reads_on: bool, edges: u64, is_pulse: bool, factor: u32) -> bool {
         let is_paused = self.edges == Some(edges);
         self.edges = Some(edges);
+        let is_idle = self.age.is_none() & !is_pulse;
+        if is_idle {
+            // No edge was withheld: a pause only tells that the path can.
+            self.missed = if is_paused { 0 } else { self.missed };
+            return self.missed >= factor;
+        }
         self.age = if is_pulse { Some(0) } else { self.age.map(|age| age.saturating_add(1)) };
         if is_paused | !reads_on {
             // Seen, or off meanwhile: nothing to be tested.
@@ -126,6 +132,12 @@ impl Path {
     /// `partner`: what its report says, that it drives, and that it withholds an edge.
     pub fn judge(&mut self, readback: Option<&Readback>, partner: (bool, bool), now: u64) -> PathFaults {
         let (partner_drives, partner_tests) = partner;
+        if let Some(seen) = readback.filter(|seen| self.is_usual(seen, partner, now)) {
+            self.read_edges = Some(seen.edges_b);
+            (self.own_test.edges, self.partner_test.edges) = (Some(seen.edges_b), Some(seen.edges_a));
+            (self.own.wrong, self.partner.wrong) = (0, 0);
+            return PathFaults::default();
+        }
         let tested_at = *self.tested_at.get_or_insert(now);
         let Some(seen) = readback else {
             self.read_edges = None;
@@ -151,6 +163,21 @@ impl Path {
             blind: false,
             dormant: !is_tested & (now.saturating_sub(tested_at) > DORMANT_NS),
         }
+    }
+
+    /// Both paths read as they are driven, their edges go on, and no test is under way.
+    fn is_usual(&self, seen: &Readback, (partner_drives, partner_tests): (bool, bool), now: u64) -> bool {
+        let is_driven = self.own.is_driven & self.partner.is_driven & partner_drives;
+        let reads_on = seen.path_a & seen.path_b;
+        let goes_on = (self.read_edges.is_some_and(|edges| edges != seen.edges_b))
+            & (self.partner_test.edges.is_some_and(|edges| edges != seen.edges_a));
+        let is_tested = (self.since_pulse == 0)
+            | partner_tests
+            | self.own_test.age.is_some()
+            | self.partner_test.age.is_some()
+            | (self.own_test.missed | self.partner_test.missed != 0);
+        let is_young = self.tested_at.is_some_and(|tested| now.saturating_sub(tested) <= DORMANT_NS);
+        is_driven & reads_on & goes_on & !is_tested & is_young
     }
 
     /// Drives the path for one cycle, or not; `partner_drives` as its report says.

@@ -234,7 +234,7 @@ impl Evaluation {
             return Err(EncoderFault::Implausible);
         }
         self.last = Some(Sample { slot: *slot, place, time_ns });
-        Ok(Evaluated { position: libm::rint(self.turns) as i64, speed_mrpm: libm::rint(speed) as i64 })
+        Ok(Evaluated { position: nearest(self.turns), speed_mrpm: nearest(speed) })
     }
 
     /// The mean speed since the last sample is out of reach from the speed before.
@@ -298,6 +298,15 @@ const MRPM_PER_INCREMENT_NS: f64 = 60.0 * 1e9 * 1e3 / INCREMENTS;
 /// Time since `last`, ns.
 fn elapsed(last: &Sample, time_ns: u64) -> f64 {
     time_ns.saturating_sub(last.time_ns) as f64
+}
+
+/// The whole number nearest to `value`; half ways to the even one. Adding what leaves no bits for a
+/// fraction rounds, as long as the value itself is smaller.
+#[inline]
+fn nearest(value: f64) -> i64 {
+    const ROUNDS: f64 = 6_755_399_441_055_744.0;
+    let is_small = (-ROUNDS / 4.0..ROUNDS / 4.0).contains(&value);
+    if is_small { ((value + ROUNDS) - ROUNDS) as i64 } else { libm::rint(value) as i64 }
 }
 
 /// Where the sample is: quarter periods (sine, counter) or share of a turn (resolver).

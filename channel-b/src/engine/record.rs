@@ -249,7 +249,9 @@ impl Values {
         let reference = if spec.latch_late { motion.position } else { self.position };
         let outside = if spec.lands_free { None } else { breach_of(&spec.window, motion, reference) };
         let breach = match outside {
-            Some(_) if has_approach(&spec.approach) => Some(too_fast(motion).unwrap_or(Breach::Landing)),
+            Some(_) if has_approach(&spec.approach) => {
+                Some(too_fast(spec, motion).unwrap_or(Breach::Landing))
+            }
             Some(breach) => Some(breach),
             None => breach_of(&spec.hold, motion, reference),
         };
@@ -260,7 +262,7 @@ impl Values {
         let is_past = spec.hold_only | spec.lands_free;
         let first = if is_past { None } else { breach_of(&spec.window, motion, self.position) };
         let second = || breach_of(&spec.hold, motion, self.position);
-        first.or_else(second).map(|breach| too_fast(motion).unwrap_or(breach))
+        first.or_else(second).map(|breach| too_fast(spec, motion).unwrap_or(breach))
     }
 
     /// Dwell time or time-out, where one is configured (DEC-05).
@@ -285,8 +287,9 @@ fn has_approach(approach: &Approach) -> bool {
     (approach.delay_ns > 0) | (approach.slope.num > 0) | (approach.timeout_ns >= 0)
 }
 
-fn too_fast(motion: &Motion) -> Option<Breach> {
-    (motion.speed.saturating_abs() > SPEED_MAX).then_some(Breach::TooFast)
+fn too_fast(spec: &Spec, motion: &Motion) -> Option<Breach> {
+    let is_too_fast = motion.speed.saturating_abs() > SPEED_MAX;
+    (spec.names_too_fast & is_too_fast).then_some(Breach::TooFast)
 }
 
 /// The two monitored lines of an approach: down from above the window, up from below it.

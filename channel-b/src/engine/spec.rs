@@ -183,6 +183,8 @@ pub struct Spec {
     pub bit_only: bool,
     /// Goes on in STO (DEC-14).
     pub in_sto: bool,
+    /// Leaving the window faster than any ramp monitoring accepts has a name of its own.
+    pub names_too_fast: bool,
     /// What follows a violation.
     pub reaction: Reaction,
 }
@@ -203,6 +205,7 @@ impl Spec {
         shows_inside: false,
         bit_only: false,
         in_sto: false,
+        names_too_fast: true,
         reaction: Reaction::Sto,
     };
 }

@@ -140,6 +140,43 @@ pub struct Cells {
     pub is_settled: bool,
 }
 
+impl Cells {
+    /// Nothing read yet.
+    pub const fn new(now: u64, is_settled: bool) -> Self {
+        Self {
+            exchange: 0,
+            is_exchange_new: false,
+            partner_exchange: 0,
+            motion: Motion::ZERO,
+            word: Word::ZERO,
+            levels: 0,
+            others: 0,
+            are_lines_read: false,
+            acknowledge: 0,
+            is_connected: false,
+            events: Events::NONE,
+            drive_n0: false,
+            drive_enabled: false,
+            is_plausible: false,
+            is_stale: false,
+            encoder_fault: None,
+            is_clock_off: false,
+            is_partner_lost: false,
+            is_agreement_lost: false,
+            is_agreed: is_settled,
+            permits: is_settled,
+            crosscheck_error: false,
+            path_test: PathTest::None,
+            readback: None,
+            partner_phase: None,
+            overruns: 0,
+            wrong_outputs: 0,
+            now,
+            is_settled,
+        }
+    }
+}
+
 /// Acknowledge levels of the cycle before: error, restart, clear.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Acknowledges {
@@ -189,46 +226,18 @@ fn sound<T>(cell: &Received<T>) -> Option<&Sampled<T>> {
 
 impl Monitor {
     /// Looks at every cell once.
-    pub(super) fn read(&mut self, inputs: &Inputs, is_settled: bool, now: u64) -> Cells {
+    pub(super) fn read(&mut self, inputs: &Inputs, cells: &mut Cells) {
         self.visit(1);
-        let mut cells = Cells {
-            exchange: self.senses.exchange,
-            is_exchange_new: false,
-            partner_exchange: sound(&inputs.partner).map_or(0, |cell| cell.payload.exchange),
-            motion: self.senses.motion,
-            word: Word::ZERO,
-            levels: 0,
-            others: 0,
-            are_lines_read: false,
-            acknowledge: 0,
-            is_connected: false,
-            events: Events::default(),
-            drive_n0: false,
-            drive_enabled: false,
-            is_plausible: false,
-            is_stale: false,
-            encoder_fault: None,
-            is_clock_off: false,
-            is_partner_lost: false,
-            is_agreement_lost: false,
-            is_agreed: is_settled,
-            permits: is_settled,
-            crosscheck_error: false,
-            path_test: PathTest::None,
-            readback: self.read_readback(inputs, now),
-            partner_phase: None,
-            overruns: inputs.overruns,
-            wrong_outputs: 0,
-            now,
-            is_settled,
-        };
-        self.read_motion(inputs, &mut cells, now);
-        self.read_io(inputs, &mut cells, now);
-        self.read_bus(inputs, &mut cells, now);
-        self.read_command(inputs, &mut cells, now);
-        self.read_partner(inputs, &mut cells, now);
-        self.read_agreement(inputs, &mut cells, now);
-        cells
+        let now = cells.now;
+        cells.partner_exchange = sound(&inputs.partner).map_or(0, |cell| cell.payload.exchange);
+        cells.readback = self.read_readback(inputs, now);
+        cells.overruns = inputs.overruns;
+        self.read_motion(inputs, cells, now);
+        self.read_io(inputs, cells, now);
+        self.read_bus(inputs, cells, now);
+        self.read_command(inputs, cells, now);
+        self.read_partner(inputs, cells, now);
+        self.read_agreement(inputs, cells, now);
     }
 
     /// What does not advance is no readback: a frozen one would show a path as it was.

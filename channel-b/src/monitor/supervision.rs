@@ -1,7 +1,8 @@
 //! Watching the others, and the own path.
 
 use shm_schema::error::ErrorCode;
-use shm_schema::exchange::{Inputs, Outputs};
+use shm_schema::exchange::Inputs;
+use shm_schema::inhibit::Inhibit;
 use shm_schema::report::{Phase, Report};
 use shm_schema::word::Word;
 
@@ -168,8 +169,7 @@ impl Monitor {
     }
 
     /// Torque needs the own conditions, the agreement and the own comparison.
-    pub(super) fn drive(&mut self, outputs: &mut Outputs, cells: &Cells) {
-        let report = &mut outputs.report;
+    pub(super) fn drive(&mut self, report: &mut Report, inhibit: &mut Inhibit, cells: &Cells) {
         let agrees = cells.permits & self.comparison.is_clear() & !cells.is_partner_lost;
         let is_test_raise = self.startup.raises(cells.path_test);
         let is_driving = report.ready & agrees;
@@ -182,8 +182,8 @@ impl Monitor {
         let is_test = Path::is_test_cycle(cells.exchange, self.cycles_per_second);
         report.test_pulse = is_test & report.ready & report.driving;
         let (drives, tests) = (report.driving, report.test_pulse);
-        self.path.drive(drives, tests, self.senses.partner_drives, &mut outputs.inhibit);
+        self.path.drive(drives, tests, self.senses.partner_drives, inhibit);
         let level = |bit: u8| report.drive.outputs >> bit & 1 == 1;
-        outputs.inhibit.outputs = self.safe_outputs.drive([level(1), level(3), level(5)]);
+        inhibit.outputs = self.safe_outputs.drive([level(1), level(3), level(5)]);
     }
 }

@@ -52,6 +52,17 @@ fn sto_is_entered_and_left_in_the_cycle_of_its_request() {
     assert!(rig.step().inhibit.permit);
 }
 
+/// AMKP-RAMP-04: only what has a ramp row names 60,000 rpm; SMS names its side.
+#[test]
+fn beyond_60_000_rpm_sms_still_names_its_side() {
+    for (speed, side) in [(60_001_000, 3), (-60_001_000, 4)] {
+        let mut rig = amk(&[]);
+        rig.step();
+        rig.world.speed = speed;
+        assert_eq!(codes(&rig.step()), [[3606, 108, side, 0]]);
+    }
+}
+
 /// AMK-EX-SMS-2, AMK-GEN-12: up to and including the limit is permitted.
 #[test]
 fn sms_trips_beyond_the_limit_and_clears_on_an_edge_only() {

@@ -138,9 +138,11 @@ fn add_plain(plan: &mut Plan, prm: &dyn Fn(u32) -> i64, sms: Reaction, sli: Reac
     plan.bank.add(row_of(SDIP, control::SDIP, status::SDIP, speed(rpm(64).saturating_neg(), rpm(67))));
     plan.bank.add(row_of(SDIN, control::SDIN, status::SDIN, speed(rpm(67).saturating_neg(), rpm(64))));
     let maximum = Range::around_zero(Quantity::Speed, rpm(67));
-    plan.bank.add(Spec { reaction: sms, ..row_of(SMS, NO_BIT, status::SMS, maximum) });
+    // AMKP-RAMP-04 has no rows for SMS and SLI.
+    let plain = |spec: Spec, reaction: Reaction| Spec { names_too_fast: false, reaction, ..spec };
+    plan.bank.add(plain(row_of(SMS, NO_BIT, status::SMS, maximum), sms));
     let increment = Range::between(Quantity::Travel, prm(65), prm(66));
-    plan.bank.add(Spec { reaction: sli, ..row_of(SLI, control::SLI, status::SLI, increment) });
+    plan.bank.add(plain(row_of(SLI, control::SLI, status::SLI, increment), sli));
 }
 
 /// SE1 to SE3 in the levels of all pairs.
