@@ -4,6 +4,10 @@
 /// 32-bit parts compared: status, requests, then inputs, acknowledgements, session id and
 /// digest of the last frame.
 pub const PARTS: usize = 20;
+/// The session id, and above it whether there is an error.
+pub const SESSION_PART: usize = 18;
+/// Where that is.
+pub const ERROR_BIT: u32 = 1 << 16;
 /// The first of them: the status word.
 pub const STATUS_PARTS: usize = 8;
 

@@ -7,7 +7,7 @@ use shm_schema::report::{Phase, Report};
 use shm_schema::word::Word;
 
 use crate::clock::Measured;
-use crate::compare::{Differences, PARTS, STATUS_PARTS};
+use crate::compare::{Differences, ERROR_BIT, PARTS, SESSION_PART, STATUS_PARTS};
 use crate::fresh::{Missed, Patience};
 
 /// Own reports kept for the comparison; a power of two.
@@ -26,6 +26,17 @@ pub struct Tolerance {
     pub speed: i64,
     /// Fault tolerance time, ns (DEC-20).
     pub time_ns: u64,
+    /// Code of the warnings that set the error bit of the status word as errors do; 0: none does,
+    /// and the bit alone says whether there is an error.
+    pub warnings: u32,
+}
+
+impl Tolerance {
+    /// Whether a list that begins with this code holds an error. Lists are sorted, and no error
+    /// of a profile comes behind its warnings.
+    const fn is_error(&self, first: u32) -> bool {
+        (self.warnings != 0) & (first != 0) & (first != self.warnings)
+    }
 }
 
 /// The compared part of an own report.
@@ -51,6 +62,8 @@ pub struct Own {
     pub position: i64,
     /// 1/1000 rpm.
     pub speed: i64,
+    /// The first of the standing errors and warnings.
+    pub first_error: u32,
 }
 
 /// What the comparison found in this step.
@@ -265,7 +278,11 @@ impl Partner {
         let words_agree = (own.status == report.status) & (own.requested == report.requested);
         let levels_agree = (own.inputs, own.acknowledgements) == (report.inputs, report.acknowledgements);
         let frames_agree = (own.session_id, own.frame_digest) == (report.session_id, report.frame_digest);
-        let masks = if words_agree & levels_agree & frames_agree { None } else { Some(masks(own, report)) };
+        let (first, other_first) = (own.first_error, report.errors.codes[0].code);
+        let is_error = |code| self.tolerance.is_error(code);
+        let errors_agree = (first == other_first) || is_error(first) == is_error(other_first);
+        let agree = words_agree & levels_agree & frames_agree & errors_agree;
+        let masks = if agree { None } else { Some(masks(own, report, errors_agree)) };
         self.found.position = apart > self.tolerance.position;
         self.found.speed = faster > self.tolerance.speed;
         match masks {
@@ -336,7 +353,7 @@ impl Partner {
 }
 
 /// What differs between the two reports of one exchange, part by part.
-fn masks(own: &Own, report: &Report) -> [u32; PARTS] {
+fn masks(own: &Own, report: &Report, errors_agree: bool) -> [u32; PARTS] {
     let mut masks = [0; PARTS];
     let words = own.status.0.iter().zip(&report.status.0);
     let requests = own.requested.0.iter().zip(&report.requested.0);
@@ -351,12 +368,16 @@ fn masks(own: &Own, report: &Report) -> [u32; PARTS] {
     for (mask, (own, other)) in masks.iter_mut().zip(pairs) {
         *mask = own ^ other;
     }
+    if !errors_agree {
+        masks[SESSION_PART] |= ERROR_BIT;
+    }
     // While this channel starts, the status of one that is a phase ahead or behind says nothing:
-    // VALID and STO follow the phase. Waiting for equality here would be waiting for ever.
+    // VALID and STO follow the phase, and so do errors. Waiting for equality here would be waiting for ever.
     let begins = own.phase != Phase::Operational;
     let apart = own.phase != report.phase;
     if begins & apart {
         masks.iter_mut().take(STATUS_PARTS).for_each(|mask| *mask = 0);
+        masks[SESSION_PART] &= !ERROR_BIT;
     }
     masks
 }

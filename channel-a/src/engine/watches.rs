@@ -148,6 +148,12 @@ impl Watches {
         }
     }
 
+    /// All begin anew with the next instant: STO is left, however short it was (DEC-14).
+    pub fn restart(&mut self) {
+        self.table.iter_mut().take(self.used).for_each(Watch::rest);
+        self.surveyed = false;
+    }
+
     fn walk(&mut self, sample: &Sample, found: &mut dyn FnMut(&Plan, Violation)) {
         let (asked, monitored) = self.last;
         for watch in self.table.iter_mut().take(self.used) {

@@ -53,6 +53,7 @@ impl Monitor {
             frame_digest: report.frame_digest,
             position: report.position,
             speed: i64::from(report.speed_mrpm),
+            first_error: report.errors.codes[0].code,
         });
         concluded
     }

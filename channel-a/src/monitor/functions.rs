@@ -19,22 +19,28 @@ impl Monitor {
         forced.blocked = self.errors.stand();
         let stops = &mut self.program.stops;
         stops.restart_once |= requests.restart_once;
+        let was_sto = stops.is_sto();
         stops.command(forced, &sample);
+        let restarts = was_sto & !stops.is_sto();
+        if restarts {
+            self.program.watches.restart();
+        }
+        let stops = &self.program.stops;
         if !stops.running().is_empty() {
             self.advance(&sample);
         }
         let monitored = self.program.stops.judges();
         self.stand_still(moving);
         self.watch(requests.watches, monitored, &sample);
-        self.respond(requests, monitored, &sample);
+        self.respond(requests, (monitored, restarts), &sample);
         forced.blocked = self.errors.stand();
         self.program.stops.note_pending(&forced, sample.now_ns);
     }
 
     /// What the profile judges by itself.
-    fn respond(&mut self, requests: &Requests, monitored: bool, sample: &Sample) {
+    fn respond(&mut self, requests: &Requests, (monitored, restarts): (bool, bool), sample: &Sample) {
         let Program { watches, stops, rules, .. } = &mut self.program;
-        let response = rules.respond(&Scene { watches, stops, sample, requests, monitored });
+        let response = rules.respond(&Scene { watches, stops, sample, requests, monitored, restarts });
         if let Some((code, class)) = response.error {
             self.errors.raise(code, class);
         }

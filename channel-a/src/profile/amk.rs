@@ -37,6 +37,9 @@ const CROSS: u32 = 13;
 const CLOCK: u32 = 71;
 const PATH: u32 = 75;
 
+/// Code of the warnings (DEC-44).
+const WARNING: u32 = 3610;
+
 /// Info1 of the functions: 100 plus the control bit (AMKD-NUM-03).
 const fn info1(bit: u8) -> u16 {
     100 + bit as u16
@@ -167,8 +170,12 @@ pub fn build(image: &Image, program: &mut Program) {
             ..brake(End::Sos, control::SS2, ss2)
         },
     );
-    program.tolerance =
-        Tolerance { position: p(2), speed: p(3).saturating_mul(RPM), time_ns: tolerance_ns(p(105)) };
+    program.tolerance = Tolerance {
+        position: p(2),
+        speed: p(3).saturating_mul(RPM),
+        time_ns: tolerance_ns(p(105)),
+        warnings: WARNING,
+    };
     // AMK-DYN-09: SA1.1 and SA2.1 by their switches, SDYN1 always.
     let gaps = |on: bool, pulse: u32, period: u32| {
         if on { Gaps::new(p(pulse), p(period)) } else { Gaps::default() }
@@ -342,7 +349,7 @@ impl Amk {
             Fault::OwnPath(PathFault::StuckOn) => ErrorCode::amk(3606, PATH, 4, 0),
             Fault::OwnPath(PathFault::StuckOff) => ErrorCode::amk(3606, PATH, 2, 0),
             Fault::PartnerPath(_) => ErrorCode::amk(3606, PATH, 1, 0),
-            Fault::Dormant => return (ErrorCode::amk(3610, PATH, 6, 0), Class::StandingWarning),
+            Fault::Dormant => return (ErrorCode::amk(WARNING, PATH, 6, 0), Class::StandingWarning),
         };
         (code, Class::Cause)
     }
@@ -351,7 +358,7 @@ impl Amk {
 /// DEC-44: an error when the reaction is STO, a warning when a stop is started.
 pub fn watch_code(plan: &Plan, violation: Violation) -> (ErrorCode, Class) {
     let error = plan.reaction == Reaction::Sto;
-    let code = if error { 3606 } else { 3610 };
+    let code = if error { 3606 } else { WARNING };
     let position = plan.quantity == Quantity::Travel;
     // AMKD-FNM-04: the warning of SLI counts its limits as 3 and 4.
     let (info2, info3) = infos(violation.part, violation.side, position & error);
@@ -396,7 +403,7 @@ pub fn difference_codes(found: &Findings, raise: &mut dyn FnMut(ErrorCode, Class
 }
 
 /// SEM (AMK-SEM-04, AMK-SEM-07).
-pub const SEM_WARNING: ErrorCode = ErrorCode::amk(3610, SEM, 3, 0);
+pub const SEM_WARNING: ErrorCode = ErrorCode::amk(WARNING, SEM, 3, 0);
 /// SEM's error; its fixed reaction is SS1.
 pub const SEM_ERROR: ErrorCode = ErrorCode::amk(3606, SEM, 4, 0);
 /// Where SEM's reaction stands among the stops.

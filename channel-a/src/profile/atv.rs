@@ -48,6 +48,8 @@ pub struct Atv {
     /// SLS has led to STO, or to SS1, while it is requested.
     sls_stopped: bool,
     sls_braked: bool,
+    /// That SS1 has begun; a higher stop of the same instant lets it not.
+    sls_ran: bool,
     sms_mode: i64,
     restricted: bool,
     violations: u8,
@@ -114,6 +116,7 @@ pub fn build(image: &Image, program: &mut Program) {
         sls: Sls::new(levels),
         sls_stopped: false,
         sls_braked: false,
+        sls_ran: false,
         sms_mode: p(56),
         restricted: p(35) == 1,
         violations: 0,
@@ -160,9 +163,11 @@ impl Atv {
         // ATV-SLS-07: what SLS has led to stands as long as SLS is requested.
         self.sls_stopped &= sls;
         self.sls_braked &= sls;
+        let runs = stops.braking().has(SS1) | (stops.ended() == Some(SS1));
+        self.sls_ran = self.sls_braked & (self.sls_ran | runs);
         // DEC-11: an SS1 of SLS that is over holds its STO by itself; a request of SS1 whose edge
         // came in that STO has still to be executed.
-        let over = self.sls_braked & stops.is_sto();
+        let over = self.sls_ran & stops.is_sto();
         let braking = (ss1 & self.ss1_used) | (self.sls_braked & !over);
         requests.demand = Demand {
             sto: !bit(control::STO) | self.sls_stopped | over,
@@ -214,7 +219,7 @@ impl Atv {
     pub fn respond(&mut self, scene: &Scene) -> Response {
         let braking = !scene.stops.braking().is_empty();
         let asked = scene.requests.watches & (1 << control::SLS) != 0;
-        if !(asked & scene.monitored) {
+        if scene.restarts | !(asked & scene.monitored) {
             self.sls.rest();
         }
         let verdict = if asked & scene.monitored & !self.sls_braked {

@@ -106,6 +106,8 @@ pub struct Scene<'a> {
     pub requests: &'a Requests,
     /// Motion is monitored: no STO.
     pub monitored: bool,
+    /// STO was left in this instant: monitoring begins anew (DEC-14).
+    pub restarts: bool,
 }
 
 /// What follows from it.
@@ -250,6 +252,7 @@ impl Program {
             position: image.value(common::POSITION_DIFFERENCE),
             speed: image.value(common::SPEED_DIFFERENCE).saturating_mul(1_000),
             time_ns: tolerance_ns(image.value(common::CC_FACTOR)),
+            warnings: 0,
         };
         self.encoder = Selection {
             kind: None,

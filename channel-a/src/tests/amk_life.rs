@@ -5,7 +5,7 @@ use shm_schema::agreement::PathTest;
 use shm_schema::error::ErrorCode;
 use shm_schema::exchange::Start;
 use shm_schema::profile::Profile;
-use shm_schema::report::{Phase, Stop};
+use shm_schema::report::{Phase, Report, Stop};
 
 const ACK: u32 = 1 << 7;
 
@@ -138,6 +138,21 @@ fn a_status_difference_is_tolerated_for_tcc() {
     assert!(bench.until(139).driving);
     let report = bench.until(140);
     assert_eq!((codes(&report).as_slice(), report.stop), ([(3606, 13, 3, 0)].as_slice(), Stop::Sto));
+}
+
+#[test]
+fn an_error_of_one_channel_alone_is_tolerated_for_tcc_and_a_warning_for_ever() {
+    // DEC-21, DEC-47: whatever the status words say
+    fn stands(report: &mut Report, code: u32) {
+        report.errors.insert(ErrorCode::amk(code, 101, 0, 14));
+    }
+    let mut bench = settled();
+    bench.partner_changes = |report| stands(report, 3610);
+    assert!(bench.until(199).driving);
+    bench.partner_changes = |report| stands(report, 3606);
+    assert!(bench.until(319).driving);
+    let report = bench.until(320);
+    assert_eq!((codes(&report).as_slice(), report.stop), ([(3606, 13, 8, 0)].as_slice(), Stop::Sto));
 }
 
 #[test]

@@ -195,6 +195,19 @@ fn an_ss1_that_ran_beside_the_one_of_sls_holds_its_sto() {
 }
 
 #[test]
+fn an_ss1_of_sls_that_a_higher_stop_has_forestalled_holds_nothing() {
+    // DEC-13: SMS leads to STO with the sample that makes SLS ask for SS1
+    let mut bench = bench(&[(39, 3), (56, 1), (57, 350), (58, 350)]);
+    bench.ride(9, |_| hz(34.0));
+    bench.word = PERMIT | SLS;
+    let violated = [(0x0B4, 0, 0, 0)];
+    assert_eq!(codes(&bench.ride(10, |_| hz(36.0))), violated);
+    bench.word |= RESET;
+    let report = bench.ride(11, |_| hz(20.0));
+    assert_eq!((codes(&report).as_slice(), report.stop), ([].as_slice(), Stop::Ss1));
+}
+
+#[test]
 fn sms_has_three_modes() {
     // ATV-SMS-03, ATV-SMS-04, ATV-SMS-07, ATV-SMS-08, ATV-SEQ-09
     let set = |mode| [(56, mode), (57, 450), (58, 450), (59, 350), (60, 350)];

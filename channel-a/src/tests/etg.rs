@@ -400,3 +400,22 @@ fn an_ss2_without_an_error_reaction_brakes_on_beside_its_line() {
     assert_eq!(codes(&bench.ride(114, |_| 100.0)), []);
     assert_eq!(bench.first(900, |_| 0.0, |report| report.stop == Stop::Sos), Some(410));
 }
+
+#[test]
+fn what_is_monitored_begins_anew_after_an_sto_of_one_cycle_too() {
+    // DEC-14, DEC-48: SSR_1 leads to STO at the end of a cycle, and STO is left with the next
+    let mut bench = bench(&[
+        (f::STO, 1, f::sto::RESTART_ACKNOWLEDGE_BEHAVIOR, 0),
+        (f::SSR, 1, f::ssr::VELOCITY_UPPER_LIMIT, 500),
+        (f::SSR, 1, f::ssr::VELOCITY_LOWER_LIMIT, -500),
+        (f::SLS, 3, f::sls::VELOCITY_LIMIT, 1_000),
+        (f::SLS, 3, f::sls::TIME_TO_VELOCITY_MONITORING, 20),
+    ]);
+    bench.word = without(4) & without(10);
+    assert_eq!(bench.ride(29, |_| 100.0).status.0[0], 1 << 4 | 1 << 10);
+    assert_eq!(bench.ride(30, |_| 501.0).stop, Stop::Sto);
+    bench.word = without(10) | ACK;
+    let report = bench.ride(31, |_| 100.0);
+    assert_eq!((report.stop, report.status.bit(10)), (Stop::None, false));
+    assert_eq!(bench.first(90, |_| 100.0, |report| report.status.bit(10)), Some(51));
+}

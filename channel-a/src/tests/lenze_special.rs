@@ -206,3 +206,32 @@ fn the_enable_switch_does_not_end_the_stop_of_an_error() {
         assert_eq!((report.status.bit(9), report.stop), (true, Stop::None));
     }
 }
+
+#[test]
+fn a_restart_acknowledge_that_has_nothing_to_leave_is_none() {
+    // DEC-12, DEC-16: given while special operation itself asks for STO
+    let mut bench = bench(&[(15_200, 0, 0), (15_201, 0, 11), (15_203, 0, 100)]);
+    bench.travel = false;
+    bench.word |= OMS;
+    bench.until(9);
+    bench.word |= ES;
+    bench.until(10);
+    bench.position = 101;
+    assert_eq!(codes(&bench.until(11)), [(111, 0, 0, 0)]);
+    bench.word &= !ES;
+    bench.until(12);
+    for acknowledge in [AIE, AIS] {
+        bench.word |= acknowledge;
+        bench.step();
+        bench.word &= !acknowledge;
+        bench.step();
+    }
+    bench.word |= ES;
+    let report = bench.step().report;
+    assert_eq!(
+        (codes(&report).as_slice(), report.status.bit(9), report.stop),
+        ([].as_slice(), true, Stop::Sto)
+    );
+    bench.word |= AIS;
+    assert_eq!(bench.step().report.stop, Stop::None);
+}

@@ -24,8 +24,6 @@ impl Stops {
     }
 
     pub(super) fn leave(&mut self, demand: Demand, now_ns: u64) {
-        // What is still requested after it is no error's any more.
-        self.by_error &= demand.blocked | !demand.restart;
         let kept = demand.sto | demand.fault | demand.blocked | self.by_error;
         let cancelled = demand.release & !kept;
         if cancelled {

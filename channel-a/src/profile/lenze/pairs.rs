@@ -60,7 +60,12 @@ impl Pairs {
     }
 
     /// The valuations of this instant, bit by bit.
+    #[inline]
     pub fn take(&mut self, outside: &Outside, acknowledged: bool, errors: &mut Errors) -> u32 {
+        if self.watched.is_empty() { 0 } else { self.value(outside, acknowledged, errors) }
+    }
+
+    fn value(&mut self, outside: &Outside, acknowledged: bool, errors: &mut Errors) -> u32 {
         let Some(io) = outside.io else {
             self.samples = None;
             self.each.iter_mut().for_each(|pair| pair.contact.settle(false, false));
