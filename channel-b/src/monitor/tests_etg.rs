@@ -282,6 +282,8 @@ fn a_delay_as_long_as_the_time_and_a_negative_magnitude_are_refused() {
     {
         assert_eq!(set(&rows).step().report.phase, Phase::Refused);
     }
+    let signed = [(etg::SMA, 1, 1, 9_000), (etg::SMA, 1, 2, -9_000)];
+    assert_eq!(set(&signed).step().report.phase, Phase::Operational);
 }
 
 /// ETG-GEN-12, ETG-SS2-01, ETG-SS2-02, DEC-13: each SS2 brakes by its own time and stands in the SOS

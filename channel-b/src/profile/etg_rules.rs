@@ -13,8 +13,8 @@ const TIMES: [(u32, u32, u32); 4] = [(etg::SS1, 1, 5), (etg::SS2, 1, 4), (etg::S
 /// Function, upper and lower limit, both signed: the upper lies above.
 const PAIRS: [(u32, u32, u32); 5] =
     [(etg::SSR, 2, 3), (etg::SAR, 1, 2), (etg::SLP, 1, 2), (etg::SSM, 1, 2), (etg::SCA, 1, 2)];
-/// Limits that are magnitudes (DEC-31).
-const MAGNITUDES: [u32; 3] = [etg::SMS, etg::SLI, etg::SMA];
+/// Limits that are magnitudes (DEC-31); the deceleration of SMA is signed.
+const MAGNITUDES: [u32; 2] = [etg::SMS, etg::SLI];
 
 /// Every finding of the set.
 pub fn findings(image: &Image<'_>, report: &mut dyn FnMut(ErrorCode)) {
