@@ -138,6 +138,8 @@ pub struct Pulses {
     earliest: u64,
     latest: u64,
     since: u64,
+    /// Samples between the beginnings of the pulse that lasts and the one before.
+    gap: u64,
     low: bool,
     seen: bool,
 }
@@ -167,16 +169,18 @@ impl Pulses {
         if self.since > self.latest { Some(PulseFault::Missing) } else { fault }
     }
 
+    /// A low line is a pulse when it ends inside the filter time: a request is none, and never
+    /// comes too soon.
     fn sample(&mut self, high: bool) -> Option<PulseFault> {
         let begins = !(high | self.low);
+        let ends = high & self.low;
         self.low = !high;
         self.since = self.since.saturating_add(1);
-        if !begins {
-            return None;
+        if begins {
+            (self.gap, self.since) = (self.since, 0);
         }
-        let early = self.seen & (self.since < self.earliest);
-        self.seen = true;
-        self.since = 0;
+        let early = ends & self.seen & (self.gap < self.earliest);
+        self.seen |= ends;
         early.then_some(PulseFault::TooSoon)
     }
 }
@@ -264,5 +268,15 @@ mod tests {
         let mut pulses = Pulses::new(50);
         assert_eq!(pulses.take(0xFFF7, Newest::new(16), true), None);
         assert_eq!(pulses.take(0xFFF7, Newest::new(16), true), Some(PulseFault::TooSoon));
+    }
+
+    #[test]
+    fn a_request_that_falls_soon_after_a_pulse_is_no_pulse() {
+        // AMK-IN-02, AMKP-SE-11
+        let mut pulses = Pulses::new(50);
+        assert_eq!(pulses.take(0xFFF7, Newest::new(16), true), None);
+        assert_eq!(pulses.take(0xFF00, Newest::new(16), true), None, "it falls and may still be a pulse");
+        assert_eq!(pulses.take(0, Newest::new(16), false), None, "the filter time is over: it is requested");
+        assert_eq!(pulses.take(0xFFFF, Newest::new(16), true), None);
     }
 }
