@@ -10,7 +10,7 @@ use sim::machine::{Axis, Cores, Lines, Options, Stimulus, View as Seen, Wiring};
 use std::fmt::Write as _;
 
 use system_tests::compare::scenario::Scenario;
-use system_tests::compare::{Failure, Subject, compare_seed};
+use system_tests::compare::{Failure, Subject, compare_seed, generate, part};
 use system_tests::model::{Model, ModelInput, ModelOutput, View};
 
 type Machine = Axis<channel_a::Monitor, channel_b::Monitor, crosscheck::Crosscheck>;
@@ -18,14 +18,18 @@ type Machine = Axis<channel_a::Monitor, channel_b::Monitor, crosscheck::Crossche
 /// Both channels and crosscheck in virtual time.
 struct Cycles(Machine);
 
-fn set_of(scenario: &Scenario) -> params::AxisSet {
-    let mut set = params::AxisSet::delivery(scenario.profile, 1, "compare");
+fn set_of(scenario: &Scenario, axis: u8) -> params::AxisSet {
+    let mut set = params::AxisSet::delivery(scenario.profile, axis, "compare");
     set.values.extend(&scenario.parameters);
     set
 }
 
 fn cycles(scenario: &Scenario) -> Cycles {
-    let set = set_of(scenario);
+    cycles_of(scenario, 1)
+}
+
+fn cycles_of(scenario: &Scenario, axis: u8) -> Cycles {
+    let set = set_of(scenario, axis);
     let cores = Cores::of(&set, 1, Start::Settled);
     Cycles(Axis::new(cores, &Wiring::of(&set), Options::default()))
 }
@@ -137,11 +141,12 @@ fn report(profile: Profile, failure: &Failure) -> String {
     let folder = std::env::temp_dir();
     let trace = folder.join(format!("{name}.csv"));
     let _ = std::fs::write(&trace, failure.scenario.csv());
-    let _ = std::fs::write(folder.join(format!("{name}.toml")), file_of(&set_of(&failure.scenario)));
+    let _ = std::fs::write(folder.join(format!("{name}.toml")), file_of(&set_of(&failure.scenario, 1)));
     let parting = &failure.parting;
     format!(
-        "seed {} at {} ms: {} differs in {}\n{}{}\n{}\n{}",
+        "seed {} from {} at {} ms: {} differs in {}\n{}{}\n{}\n{}",
         failure.seed,
+        failure.scenario.origin,
         parting.at,
         parting.source,
         parting.what,
@@ -190,6 +195,52 @@ fn atv_cores_agree_with_the_model() {
 #[test]
 fn etg_cores_agree_with_the_model() {
     compare_seeds(Profile::Etg61002, 0..100);
+}
+
+/// Design 12
+#[test]
+fn lenze_cores_agree_with_the_model() {
+    compare_seeds(Profile::LenzeSm301, 0..150);
+}
+
+/// One axis with its model.
+struct Pairing {
+    profile: Profile,
+    inputs: std::vec::IntoIter<ModelInput>,
+    model: Model,
+    cores: Cycles,
+}
+
+impl Pairing {
+    fn new(profile: Profile, seed: u64, axis: u8) -> Self {
+        let scenario = generate::scenario(profile, seed);
+        let model = Model::new(profile, &scenario.parameters);
+        Self { profile, inputs: scenario.inputs().into_iter(), model, cores: cycles_of(&scenario, axis) }
+    }
+
+    /// One cycle, if the scenario has one more; what differs.
+    fn step(&mut self) -> Option<&'static str> {
+        let input = self.inputs.next()?;
+        let (expected, seen) = (self.model.step(&input), self.cores.step(&input));
+        let views = [(expected.a, seen.a), (expected.b, seen.b), (expected.crosscheck, seen.crosscheck)];
+        views.iter().find_map(|(expected, seen)| part(self.profile, expected, seen))
+    }
+}
+
+/// Design 6 and 11: axes of one set do not know of each other, whatever their profiles are.
+#[test]
+fn axes_of_four_profiles_agree_with_their_models_side_by_side() {
+    const PROFILES: [Profile; 4] = [Profile::AmkKw, Profile::LenzeSm301, Profile::Atv340, Profile::Etg61002];
+    for seed in 0..10 {
+        let numbered = PROFILES.into_iter().zip([1, 2, 33, 64]);
+        let mut axes: Vec<Pairing> =
+            numbered.map(|(profile, axis)| Pairing::new(profile, seed, axis)).collect();
+        for cycle in 0..8000 {
+            for axis in &mut axes {
+                assert_eq!(axis.step(), None, "seed {seed}, {} in cycle {cycle}", axis.profile.name());
+            }
+        }
+    }
 }
 
 /// Design 12

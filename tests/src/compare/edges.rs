@@ -98,7 +98,7 @@ pub fn put(profile: Profile, random: &mut Random, set: &mut Set, hints: &mut Hin
         hints.origins = FAR.to_vec();
     }
     if random.chance(30) {
-        hints.limit(random.pick(&[60_000, 400_000, 2_000_000]));
+        hints.limit(random.pick(&[60_000, 100_000, 400_000]));
     }
 }
 

@@ -62,7 +62,8 @@ fn same_errors(profile: Profile, expected: &View, seen: &View) -> bool {
     profile == Profile::Etg61002 || expected.errors == seen.errors
 }
 
-fn part(profile: Profile, expected: &View, seen: &View) -> Option<&'static str> {
+/// What of two views differs: `status`, `torque`, `path` or `errors`.
+pub fn part(profile: Profile, expected: &View, seen: &View) -> Option<&'static str> {
     let mask = compared_bits(profile);
     let differs = |part: usize| (expected.status.0[part] ^ seen.status.0[part]) & mask.0[part] != 0;
     if (0..8).any(differs) {

@@ -100,6 +100,7 @@ pub struct Atv {
     reset_before: Option<bool>,
     stop: Stop,
     sls: Sls,
+    signed_before: i64,
     ss1_violations: u32,
     errors: BTreeSet<u32>,
 }
@@ -113,6 +114,7 @@ impl Atv {
             reset_before: None,
             stop: Stop::None,
             sls: Sls::Off,
+            signed_before: 0,
             ss1_violations: 0,
             errors: BTreeSet::new(),
         }
@@ -274,7 +276,15 @@ impl Atv {
         self.go_to_sto(Holders::default(), None);
     }
 
-    fn supervise_sls(&mut self, magnitude: i64) {
+    /// ATV-SLST4-01, ATV-SLST5-03: only types 4 to 6 let the direction change; a reversal
+    /// between two samples has passed the standstill level.
+    fn has_passed_standstill(&self, signed: i64) -> bool {
+        let reversed = self.signed_before.signum() * signed.signum() < 0;
+        self.is_below_standstill(0) && reversed
+    }
+
+    fn supervise_sls(&mut self, signed: i64) {
+        let magnitude = signed.abs();
         if let Sls::Line { started, latched } = self.sls {
             // ATV-SLST2-02: from the threshold on constant limits.
             if magnitude <= self.frequency(48) {
@@ -303,7 +313,7 @@ impl Atv {
         if matches!(self.sls, Sls::Limits) {
             if magnitude > self.frequency(48) {
                 self.violate_sls(sme::SLS_THRESHOLD);
-            } else if self.is_below_standstill(magnitude) {
+            } else if self.is_below_standstill(magnitude) || self.has_passed_standstill(signed) {
                 self.go_to_sto(BY_SLS, Some(Waits::BelowStandstill));
             }
         }
@@ -353,7 +363,6 @@ impl Channel for Atv {
     fn step(&mut self, input: &ModelInput, differs: bool) -> ChannelView {
         let word = input.control;
         let signed = input.speed_mrpm * self.raw(2).max(1);
-        let magnitude = signed.abs();
         let sto = !word.bit(control::STO) || differs;
         let ss1 = word.bit(control::SS1) && self.raw(65) != 0;
         let sls = word.bit(control::SLS) && self.raw(66) != 0;
@@ -381,7 +390,7 @@ impl Channel for Atv {
                 (Sls::Off, true) => self.activate_sls(signed),
                 _ => {}
             }
-            self.supervise_sls(magnitude);
+            self.supervise_sls(signed);
             self.supervise_sms(word.bit(control::SMS_SWITCH), signed);
             // An SS1 that SLS has just started is supervised from now on.
             self.supervise_ss1(signed);
@@ -390,6 +399,7 @@ impl Channel for Atv {
             self.sls = Sls::Off;
         }
 
+        self.signed_before = signed;
         let requested = Word::ZERO
             .with(control::STO, !word.bit(control::STO))
             .with(control::SS1, ss1)

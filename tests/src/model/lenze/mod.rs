@@ -266,9 +266,10 @@ impl Lenze {
         (speeds, directions)
     }
 
-    /// SLI, from the confirmation on (LNZ-SLI-01, LNZ-SLI-02, LNZ-OMS-15).
-    fn watch_increments(&mut self, position: i64, confirmed_now: bool) -> Option<(u32, Target)> {
-        if confirmed_now {
+    /// SLI, from the confirmation on, or from the end of STO on (LNZ-SLI-01, LNZ-SLI-02,
+    /// LNZ-OMS-15, DEC-14).
+    fn watch_increments(&mut self, position: i64, begins: bool) -> Option<(u32, Target)> {
+        if begins {
             self.moved_from = position;
         }
         let limit = self.parameters.code(15_203);
@@ -329,7 +330,7 @@ impl Channel for Lenze {
             self.clear();
         }
         let demands = self.demands(&input.control);
-        let confirmed_before = self.special.confirmed;
+        let (confirmed_before, was_in_sto) = (self.special.confirmed, self.stop.state() == StopState::Sto);
         self.follow_special(&demands, speed);
         let requests = self.stop_requests(&demands, differs);
         // LNZ-ACK-06: the error first, then the restart.
@@ -356,7 +357,8 @@ impl Channel for Lenze {
                 found.extend(self.directions[index].step(&self.parameters, index, wanted, now, position));
             }
             let confirmed_now = self.special.confirmed && !confirmed_before;
-            found.extend(self.watch_increments(position, confirmed_now));
+            let begins = confirmed_now || was_in_sto;
+            found.extend(self.watch_increments(position, begins));
         }
         self.react(found, input);
         if self.stop.state() == StopState::Sto {
