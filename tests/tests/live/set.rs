@@ -251,7 +251,7 @@ impl Running<'_> {
     }
 
     /// Acknowledges the start and turns with `rpm`; whether torque and speed came.
-    fn energise(&mut self, rpm: u32) -> bool {
+    pub fn energise(&mut self, rpm: u32) -> bool {
         if !self.axis.comes(PATIENCE, Axis::awaits_acknowledge) {
             return false;
         }
