@@ -319,3 +319,62 @@ fn a_signal_at_a_deactivated_input_is_an_error_of_the_initialisation() {
     assert_eq!(run(0b0101, Start::Cold), []);
     assert_eq!(run(0b1111, Start::Settled), []);
 }
+
+/// LNZ-OMS-12, LNZ-OMS-13: C15300 restarts automatically, and special operation selected again is
+/// no acknowledge, whether its own stop or an emergency stop ended in STO.
+#[test]
+fn special_operation_selected_again_leaves_sto_to_the_restart_acknowledge() {
+    let special = NEUTRAL | 1 << control::OMS;
+    for stopped in [special, special & !(1 << control::SSE)] {
+        let mut rig = set(&[(15_200, 0, 1), (15_300, 1, 1), (15_305, 0, 100), (15_310, 0, 10)]);
+        rig.step();
+        rig.world.word = stopped;
+        assert!(rig.until(|_, _| (), |o| o.report.stop == Stop::Sto).is_some());
+        for word in [NEUTRAL, special, NEUTRAL, special] {
+            rig.world.word = word;
+            for _ in 0..3 {
+                let stands = rig.step();
+                let is_special = stands.report.status.bit(shown::OMS_ACTIVE);
+                assert_eq!((stands.report.stop, is_special), (Stop::Sto, word == special));
+            }
+        }
+        rig.world.word = special | 1 << control::PS_AIS;
+        assert_eq!(rig.step().report.stop, Stop::Ss1);
+    }
+}
+
+/// LNZ-OMS-14: what the enable switch has brought back waits no longer; C15300 counts again.
+#[test]
+fn the_enable_switch_ends_the_wait_for_the_restart_acknowledge() {
+    let special = NEUTRAL | 1 << control::OMS;
+    let enabled = special | 1 << control::ES;
+    let mut rig = set(&[(15_200, 0, 0), (15_201, 0, 11), (15_300, 1, 1)]);
+    for (word, stop) in [
+        (special, Stop::Sto),
+        (NEUTRAL, Stop::Sto),
+        (special, Stop::Sto),
+        (enabled, Stop::None),
+        (enabled & !(1 << control::SSE), Stop::Sto),
+        (enabled, Stop::None),
+    ] {
+        rig.world.word = word;
+        assert_eq!((rig.step().report.stop, rig.step().report.stop), (stop, stop), "{word:08x}");
+    }
+}
+
+/// LNZ-OMS-22: while SS2 of special operation brakes, the limit of C15201 must be kept, in the
+/// braking time of its SLS too.
+#[test]
+fn the_enable_switch_is_refused_above_the_limit_while_ss2_brakes() {
+    for (speed, is_enabled, stop) in [(500_000, true, Stop::None), (-500_001, false, Stop::Ss2)] {
+        let rows = [(15_200, 0, 2), (15_201, 0, 5), (15_330, 3, 500), (15_331, 3, 400), (15_305, 0, 1_000)];
+        let mut rig = set(&rows);
+        rig.world.speed = speed;
+        rig.step();
+        rig.world.word = NEUTRAL | 1 << control::OMS;
+        assert_eq!((rig.step().report.stop, rig.step().report.stop), (Stop::Ss2, Stop::Ss2));
+        rig.world.word |= 1 << control::ES;
+        let seen = rig.step();
+        assert_eq!((seen.report.status.bit(shown::ES_ACTIVE), seen.report.stop), (is_enabled, stop));
+    }
+}

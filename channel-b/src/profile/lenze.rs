@@ -435,19 +435,21 @@ impl Logic {
             Operation::Special | Operation::Confirmed => Operation::Special,
         };
         // LNZ-OMS-12, LNZ-OMS-13: on the way back the drive must never restart by itself,
-        // whatever C15300 says.
+        // whatever C15300 says. To select special operation again is no acknowledge: what waits
+        // does so until AIS, or until the enable switch has brought torque back.
         let returns = (next == Operation::Normal) & (self.operation != Operation::Normal);
-        self.waits_for_restart = returns | (self.waits_for_restart & (next == Operation::Normal));
+        let still_waits = self.waits_for_restart & !asked.is_idle;
+        self.waits_for_restart = returns | still_waits;
         let confirms = (next == Operation::Confirmed) & (self.operation == Operation::Special);
         // LNZ-OMS-10, LNZ-OMS-14: only what special operation has stopped.
         self.completes = confirms & !self.is_hard_stop;
         self.operation = next;
     }
 
-    /// LNZ-OMS-22: a limited speed must be kept; in STO, where nothing is monitored (DEC-14), the
-    /// limit itself is asked. LNZ-OMS-08: an emergency stop is a state of its
-    /// own, which the edge does not leave. A standing error does not refuse it: the error stop runs
-    /// whatever the enable switch says (LNZ-OMS-10).
+    /// LNZ-OMS-22: a limited speed must be kept and monitored; in STO nothing is (DEC-14), elsewhere
+    /// the SLS is active above its limit too in its braking time. LNZ-OMS-08: an emergency stop is a
+    /// state of its own, which the edge does not leave. A standing error does not refuse it: the
+    /// error stop runs whatever the enable switch says (LNZ-OMS-10).
     fn may_confirm(&self, bank: &Bank, asked: &Asked<'_>) -> bool {
         let number = self.motion.saturating_sub(3);
         let is_free = !(0..4).contains(&number);
@@ -455,8 +457,10 @@ impl Logic {
         let limit = self.limits.get(usize::from(place)).copied().unwrap_or(0);
         let is_slow = asked.motion.speed.saturating_abs() <= limit;
         let is_monitored = bank.is_active(status::SLS1_MONITORED.saturating_add(place));
-        let is_kept = is_free | if asked.in_sto { is_slow } else { is_monitored };
-        is_kept & !self.emergency
+        let is_watched = is_monitored | asked.in_sto;
+        let is_kept = is_slow & is_watched;
+        let is_suitable = is_free | is_kept;
+        is_suitable & !self.emergency
     }
 
     /// What stops and monitoring functions see.
