@@ -200,7 +200,7 @@ fn etg_cores_agree_with_the_model() {
 /// Design 12
 #[test]
 fn lenze_cores_agree_with_the_model() {
-    compare_seeds(Profile::LenzeSm301, 211..361);
+    compare_seeds(Profile::LenzeSm301, 0..150);
 }
 
 /// One axis with its model.
