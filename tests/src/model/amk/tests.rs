@@ -364,7 +364,8 @@ fn the_higher_stop_wins_and_monitors_rest_in_sto() {
 /// AMKP-RAMP-04: whatever the line permits.
 #[test]
 fn every_ramp_refuses_more_than_60_000_rpm() {
-    let set = [(67, 60_000), (18, 10), (20, 65_535)];
+    // SMS answers with SS1 as well, so that the ramp goes on.
+    let set = [(67, 60_000), (68, 1), (18, 10), (20, 65_535)];
     for (speed, too_fast) in [(60_000.0, None), (-60_000.001, Some(30))] {
         let slow = script_with(&set).speed(&[(0, 100.0), (19, 100.0), (20, speed)]);
         let played = slow.bit(20, control::SS1, false).run(30);
